@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "filter/considered.h"
 #include "lags.h"
 #include "math/parallel.h"
 #include "piste/core/error.h"
@@ -62,7 +63,7 @@ struct SolvedBatch final : BatchRun {
   SolvedBatch(const Log& log, FilterOptions of_filter, const FoundStart& found, const FilterRun& filtered)
       : world(log.world),
         options(std::move(of_filter)),
-        layout(filtered.solution.layout()),
+        layout(filter_layout(options)),
         start(without_alignment(log.world, found)),
         fixed(found.start.x),
         sources(filtered.solution.sources) {}
@@ -85,7 +86,7 @@ struct SolvedBatch final : BatchRun {
 };
 
 Solution SolvedBatch::solution(const ProgressCallback& progress) const {
-  Solution out(layout.whole, world);
+  Solution out(StateLayout(options.estimate), world);
   out.sources = sources;
   out.fixed = fixed;
   out.batch = sum;
@@ -110,6 +111,9 @@ std::vector<SmoothedState> SolvedBatch::states(const std::vector<std::size_t>& r
   out.reserve(rows.size());
   visit_epochs(*terms, options, world, at_nodes, newton.equations.covariance(), rows,
                [&](std::size_t, double, const SmoothedState& state) { out.push_back(state); });
+  for (SmoothedState& state : out) {  // what is considered is not part of the result
+    for (const Block b : considered_blocks(options)) additive(state.x, b) = additive(fixed, b);
+  }
   return out;
 }
 

@@ -33,6 +33,7 @@ double observed_over_expected(double nis, int rows) { return std::max(1.0, nis /
 Adaptation::Adaptation(const FilterOptions& options, const StateLayout& layout, const MeasurementSources& sources) {
   if (!options.adapt) return;
   options_ = *options.adapt;
+  considered_ = Considered(options, layout);
   for (const MeasurementSource& source : sources.all()) {
     slot_.push_back(source.adapted ? static_cast<int>(names_.size()) : -1);
     if (!source.adapted) continue;
@@ -93,8 +94,10 @@ void Adaptation::correct(const StateLayout& layout, const Update& u, const Reset
     MHt.noalias() = M.lazyProduct(u.H.transpose());
     const Matrix3d HMHt = u.H.lazyProduct(MHt);
     MHt -= 0.5 * K.lazyProduct(HMHt);
-    M -= K.lazyProduct(MHt.transpose());
-    M -= MHt.lazyProduct(K.transpose());
+    considered_.keep(M, [&] {
+      M -= K.lazyProduct(MHt.transpose());
+      M -= MHt.lazyProduct(K.transpose());
+    });
     reset(M, layout, G);
   }
 }

@@ -24,9 +24,9 @@
 #include <string>
 #include <vector>
 
+#include "filter/considered.h"
 #include "model/dynamics.h"
 #include "piste/core/options.h"
-#include "piste/filter/update.h"
 #include "piste/model/measurement_list.h"
 
 namespace piste {
@@ -85,6 +85,7 @@ class Adaptation {
   std::vector<Last> last_;              // by slot
   std::vector<double> least_;           // lower bounds of log_
   double time_ = 0;
+  Considered considered_;
   std::vector<Covariance> imu_;  // ∂P/∂ln θ of the two triads
 };
 

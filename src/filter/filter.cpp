@@ -61,10 +61,10 @@ std::pair<Update, FaultDetection::Ruling> KalmanFilter::test(int source, double 
   return {u, ruling};
 }
 
-// K = P Hᵀ S⁻¹        δ = K z        P ← (I − K H) P
+// K = P Hᵀ S⁻¹        δ = K z        P ← (I − K H) P        considered.h has what considered states change of it.
 ErrorVector KalmanFilter::update(const Update& u) {
-  ErrorVector correction = gain(u) * u.residual;
-  piste::update(state_.P, u);
+  const ErrorVector correction = considered_.correction(u);
+  considered_.update(state_.P, u);
   return correction;
 }
 
@@ -93,7 +93,8 @@ ResetJacobian KalmanFilter::reset(const ErrorVector& correction, const std::opti
 KalmanFilter::KalmanFilter(const FilterOptions& options, const World& world, const Start& start,
                            std::shared_ptr<const Reference> reference) {
   options.validate();
-  const StateLayout layout(options.estimate);
+  const StateLayout layout = filter_layout(options);
+  considered_ = Considered(options, layout);
   state_ = {start.time, start.x, initial_covariance(layout, options, start), ErrorVector::Zero(layout.size())};
   if (reference) {
     state_.x = reference->start;
@@ -187,7 +188,7 @@ std::optional<Update> KalmanFilter::take_information(const Vector3d& information
   const Vector3d now = state_.P.diagonal().segment<3>(layout().offset(scales));
   const Vector3d told = (now.cwiseInverse() - before.cwiseInverse()).cwiseMax(0);
   std::optional<Update> u = taking(information.cwiseMin(told), layout(), scales, state_.P);
-  if (u) piste::update(state_.P, *u);
+  if (u) considered_.update(state_.P, *u);
   return u;
 }
 

@@ -39,6 +39,7 @@ void History::begin(const KalmanFilter& filter, double own_rows_until) {
   clear();
   layout_ = filter.layout();
   options_ = filter.options();
+  considered_ = Considered(options_, layout_);
   earth_rate_ = filter.world().earth_rate();
   fixed_ = filter.estimate();
   reference_ = filter.has_reference();
@@ -193,7 +194,7 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
   r.take(u.residual);
   u.S_inverse = inverse_of_definite(u.S);
   if (event.other != 0) {
-    c.moved = gain(u) * u.residual;
+    c.moved = considered_.correction(u);
     Estimate x;
     r.take(x.q_wb.coeffs());
     r.take(x.v_wb);

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "filter/considered.h"
 #include "filter/noise_score.h"
 #include "io/scratch.h"
 #include "model/dynamics.h"
@@ -95,6 +96,7 @@ class History {
   ErrorVector inflated(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
   const StateLayout& layout() const { return layout_; }
+  const Considered& considered() const { return considered_; }
   const FilterOptions& options() const { return options_; }
   const Vector3d& earth_rate() const { return earth_rate_; }
   bool about_reference() const { return reference_; }  ///< whether the filter was linearised about one, and has a mean
@@ -128,6 +130,7 @@ class History {
   double opened_ = 0;          // time of its beginning
   std::size_t constants_ = 0;  // index in it of the last written constants
   StateLayout layout_;
+  Considered considered_;
   FilterOptions options_;
   Vector3d earth_rate_ = Vector3d::Zero();
   Estimate fixed_;  // values that are not estimated

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "filter/adaptation.h"
+#include "filter/considered.h"
 #include "filter/fault_detection.h"
 #include "filter/noise_score.h"
 #include "filter/rate_mending.h"
@@ -97,6 +98,7 @@ class KalmanFilter {
   std::shared_ptr<const Setup> setup_;
   Walker walker_;
   FilterState state_;
+  Considered considered_;
   std::shared_ptr<const ImuScales> imu_scales_;  // of several IMUs; null if their scales act along the axes of the body
   std::optional<Eigen::Quaterniond> stood_;      // the attitude after the last correction at this rest
   Gravity gravity_;  // as a linear function: at the start of the last step it is within 4e-9 m/s² of normal gravity

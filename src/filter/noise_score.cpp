@@ -47,8 +47,8 @@ void bound(Square& sum, double part) {
 
 NoiseScore::NoiseScore(const FilterOptions& options, const StateLayout& layout) {
   const double gyro = options.sensor.gyro.noise, accel = options.sensor.accel.noise;
-  if (layout.has(Block::kGyroScale) && options.attitude.empty()) gyro_ = gyro * gyro;
-  if (layout.has(Block::kAccelScale)) accel_ = accel * accel;
+  if (options.estimates(Block::kGyroScale) && options.attitude.empty()) gyro_ = gyro * gyro;
+  if (options.estimates(Block::kAccelScale)) accel_ = accel * accel;
   for (int k = 0; k < kNavigation; ++k) states_[place(k)] = k;
   for (const Block b : layout.blocks()) {
     // What several IMUs differ by has no part in the motion.

@@ -34,7 +34,7 @@ FilterRun run_filter(const Log& log, const FilterOptions& options, const Start& 
   const std::size_t begin = place.imu, end = place.imu_end;
   const bool goes_on = reference && end > begin && reference->last_time() < log.imu[end - 1].time - kSameInstant,
              has_rows = !reference || goes_on;
-  run.solution = Solution(filter.layout(), log.world);
+  run.solution = Solution(StateLayout(options.estimate), log.world);
   run.solution.sources = filter.sources();
   run.solution.fixed = start.x;
   run.solution.adapted.names = filter.adaptation().names();

@@ -31,7 +31,8 @@ class BackwardPass {
         covariance_(covariance),
         steps_(layout_, run.history->options(), run.history->earth_rate()),
         about_reference_(run.history->about_reference()),
-        parts_(layout_) {
+        considered_(run.history->considered()),
+        parts_(layout_, considered_) {
     lambda_.setZero(layout_.size());
     Lambda_.setZero(layout_.size(), layout_.size());
     begin_steps();
@@ -58,7 +59,9 @@ class BackwardPass {
 
   /// The smoothed estimate x̂ ⊞ (mean − P λ).
   Estimate estimate(const FilterState& state) const {
-    return boxplus(state.x, layout_, state.mean - state.P.lazyProduct(lambda_));
+    ErrorVector error = state.mean - state.P.lazyProduct(lambda_);
+    considered_.hold(error);
+    return boxplus(state.x, layout_, error);
   }
 
   /// The smoothed estimate and its covariance P − P Λ P, at the row of the last seen() or start().
@@ -169,6 +172,7 @@ class BackwardPass {
       update_adjoint(lambda_, Lambda_, c.update);
     } else {
       if (moved) reset_adjoint(lambda_, layout_, c.reset);
+      if (!considered_.none()) added_.emplace_back(considered_.left_out(c.update, lambda_));
       update_adjoint(lambda_, c.update);
     }
     if (traces()) {
@@ -232,11 +236,11 @@ class BackwardPass {
         case Kind::kCorrection: {
           end_stretch();
           const History::Correction c = history.correction(chunk, event);
-          update(P, c.update);
+          considered_.update(P, c.update);
           if (c.moved.size() > 0) {
             reset(P, layout_, c.reset);
           } else if (about_reference_) {
-            s.mean += gain(c.update) * c.update.residual;
+            s.mean += considered_.correction(c.update);
           }
           break;
         }
@@ -382,6 +386,7 @@ class BackwardPass {
           break;
         case Kind::kCorrection: {
           const History::Correction c = history.correction(chunk, event);
+          if (!considered_.none()) take_added(e);
           if (c.moved.size() == 0) break;
           e -= c.moved;
           reset_error(e, layout_, c.reset);
@@ -391,8 +396,7 @@ class BackwardPass {
           if (const History::TakenBack t = history.taken_back(chunk, event); t.estimate_moved) e -= t.moved;
           break;
         case Kind::kInflated:
-          e -= added_.back();
-          added_.pop_back();
+          take_added(e);
           break;
         case Kind::kMoved:
           e += history.moved(chunk, event);
@@ -407,6 +411,11 @@ class BackwardPass {
     }
   }
 
+  void take_added(ErrorVector& e) {
+    e -= added_.back();
+    added_.pop_back();
+  }
+
   bool traces() const { return traced_.cols() > 0; }
 
   const FilterRun& run_;
@@ -414,6 +423,7 @@ class BackwardPass {
   bool covariance_;
   StepOperator steps_;
   bool about_reference_;
+  const Considered& considered_;
   PartsSmoother parts_;
   const SmoothedParts* at_row_ = nullptr;
   ErrorVector lambda_, end_lambda_;  // at the current place, and where Λ is
@@ -431,7 +441,7 @@ class BackwardPass {
   std::vector<Moments> states_;     // of those that are wanted whole
   std::vector<Moments> ends_;       // at the ends of the stretches with wanted rows
   bool has_constants_ = false;      // of the current stretch
-  std::vector<ErrorVector> added_;  // inflations times λ, last first
+  std::vector<ErrorVector> added_;  // inflations times λ, and what considered states do to corrections; last first
 };
 
 }  // namespace piste

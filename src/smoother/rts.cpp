@@ -109,15 +109,20 @@ class ReversedRows {
 // Writes all rows of a solution.
 class ToSolution {
  public:
-  ToSolution(BackwardPass& backward, Solution& out, ReversedRows* reversed, LagCollector* collector,
-             SmoothedState* at_start)
-      : backward_(backward), out_(out), reversed_(reversed), collector_(collector), at_start_(at_start) {}
+  ToSolution(BackwardPass& backward, const StateLayout& layout, Solution& out, ReversedRows* reversed,
+             LagCollector* collector, SmoothedState* at_start)
+      : backward_(backward),
+        layout_(layout),
+        out_(out),
+        reversed_(reversed),
+        collector_(collector),
+        at_start_(at_start) {}
 
   BackwardPass::Want wants(std::size_t row) const {
     return collector_ != nullptr && collector_->wants(row) ? BackwardPass::Want::kWhole : BackwardPass::Want::kParts;
   }
   void seen(std::size_t row, double time, const SmoothedParts& s, const FilterState* whole) {
-    const Sigmas sigmas = sigmas_of(out_.world(), s.x, out_.layout(), s.P);
+    const Sigmas sigmas = sigmas_of(out_.world(), s.x, layout_, s.P);
     if (reversed_ != nullptr) {
       reversed_->add(time, s.x, sigmas);
     } else {
@@ -131,6 +136,7 @@ class ToSolution {
 
  private:
   BackwardPass& backward_;
+  const StateLayout& layout_;  // of the covariance
   Solution& out_;
   ReversedRows* reversed_;
   LagCollector* collector_;
@@ -156,7 +162,8 @@ Solution smooth_rts(const FilterRun& run, const ProgressCallback& progress, Smoo
   std::optional<LagCollector> collector;
   if (lags) collector.emplace(filtered.world(), run.epochs, *lags);
   backward.run(0, progress,
-               ToSolution(backward, out, reversed ? &*reversed : nullptr, collector ? &*collector : nullptr, at_start));
+               ToSolution(backward, run.history->layout(), out, reversed ? &*reversed : nullptr,
+                          collector ? &*collector : nullptr, at_start));
   if (reversed) reversed->give(rows);
   return out;
 }

@@ -114,7 +114,8 @@ bool is_fixed(Block b) { return info(b).process == nullptr; }
 
 }  // namespace
 
-PartsSmoother::PartsSmoother(const StateLayout& layout) : layout_(layout), column_(n(), -1) {
+PartsSmoother::PartsSmoother(const StateLayout& layout, Considered considered)
+    : layout_(layout), considered_(std::move(considered)), column_(n(), -1) {
   std::vector<int> slow;
   for (const Block b : layout.blocks()) {
     if (is_navigation(b)) continue;
@@ -259,6 +260,7 @@ const SmoothedParts& PartsSmoother::row(const double* kept, const Estimate& x, c
     }
   }
 
+  considered_.hold(correction_);
   parts_.x = boxplus(x, layout_, correction_);
   const ResetJacobian G = reset_jacobian(layout_, correction_);
   parts_.turn = G.velocity_attitude.bottomRightCorner<3, 3>();

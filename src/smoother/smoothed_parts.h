@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "piste/core/estimate.h"
+#include "filter/considered.h"
 
 namespace piste {
 
@@ -22,7 +22,7 @@ struct SmoothedParts {
 /// Computes SmoothedParts for one layout.
 class PartsSmoother {
  public:
-  explicit PartsSmoother(const StateLayout& layout);
+  explicit PartsSmoother(const StateLayout& layout, Considered considered = {});
 
   /// Appends to `out` what row() needs of a filter's covariance and mean: kept_size() values.
   void keep(const Covariance& P, const ErrorVector& mean, std::vector<double>& out) const;
@@ -48,6 +48,7 @@ class PartsSmoother {
              std::size_t column_b) const;
 
   const StateLayout& layout_;
+  Considered considered_;
   std::size_t width_;        // columns, padded to whole tiles
   std::vector<int> state_;   // of each column; −1: none
   std::vector<int> column_;  // of each state; −1: constant

@@ -20,6 +20,14 @@ void keep(std::vector<Item>& items, const Interval& span) {
   std::erase_if(items, [&](const Item& item) { return !span.contains(item.time); });
 }
 
+// Of errors that were calibrated the navigation takes the estimates, and of their remainders nothing is known.
+TriadErrors noise_alone(TriadErrors triad) {
+  triad.bias = triad.scale = 0;
+  triad.drift = {};
+  triad.cross_axis.reset();
+  return triad;
+}
+
 bool inside_any(const std::vector<Interval>& windows, double time) {
   return std::any_of(windows.begin(), windows.end(), [&](const Interval& w) { return w.contains(time); });
 }
@@ -84,6 +92,9 @@ NavigationScore Course::score(Method method, const std::optional<KnownErrors>& e
   std::vector<ImuSample> imu = log_.imu;
   if (errors) {
     for (ImuSample& sample : imu) sample = corrected(sample, *errors);
+    options.sensor.gyro = noise_alone(options.sensor.gyro);
+    options.sensor.accel = noise_alone(options.sensor.accel);
+    options.sensor.gyro_g_sensitivity.reset();
     options.imus.clear();
     options.unit_axes.clear();  // differences between the IMUs inform only about errors that are not estimated
   } else {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/time_search.h"
+#include "filter/considered.h"
 #include "piste/condition/pipeline.h"
 #include "piste/condition/rest_detection.h"
 #include "piste/core/error.h"
@@ -315,7 +316,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
   const std::map<std::size_t, int> rows = rows_on(perfect_run.solution, grid, departure);
   const auto variance = [&](const Estimate& x, const Covariance& P) -> ErrorVector {
     const Covariance T = ordinary(log.world, layout, x);
-    return (T * P * T.transpose()).diagonal();
+    return (T * restricted(P, filter_layout(options), layout) * T.transpose()).diagonal();
   };
   visit_rows(perfect_run, rows, [&](int epoch, const FilterState& filtered, const SmoothedState& smoothed) {
     out[epoch] = {variance(filtered.x, filtered.P), variance(filtered.x, smoothed.P)};
@@ -379,10 +380,11 @@ ComparedRun run_trial(const Scenario& scenario, std::uint64_t seed, const BatchS
                   .sources = filtered.sources,
                   .innovations = filtered.innovations};
   for (Innovation& v : out.innovations) v.time -= departure;
+  const StateLayout all = filter_layout(run.options);
   const auto sample = [&](int epoch, double time, const Estimate& x, const Covariance& P, const ErrorVector& variance) {
     const ErrorVector error = select(out.layout, boxminus(truth.at(time), x));
     const Covariance T = ordinary(run.log.world, out.layout, x);
-    return ErrorSample{epoch, T * error, T * P * T.transpose(), variance};
+    return ErrorSample{epoch, T * error, T * restricted(P, all, out.layout) * T.transpose(), variance};
   };
   const std::map<std::size_t, int> rows = rows_on(filtered, grid, departure);
   // As replay writes them: rows before the heading was known come from back-smoothing.

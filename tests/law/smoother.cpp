@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "filter/considered.h"
 #include "filter/feeder.h"
 #include "filter/filter_walk.h"
 #include "math/linear_algebra.h"
@@ -50,9 +51,9 @@ MatrixXd root_of_noise(const StateLayout& layout, const Transition& t) {
 class Batch {
  public:
   /// The whole run of a filter.
-  Batch(const SyntheticRun& s, const StateLayout& layout) : layout_(layout) {
+  explicit Batch(const SyntheticRun& s) : layout_(filter_layout(s.options)), considered_(s.options, layout_) {
     KalmanFilter filter(s.options, s.log.world, s.start);
-    const int n = layout.size();
+    const int n = layout_.size();
     offset_.setZero(n);
     A_.setZero(n, 0);
     add_unknowns(root(filter.covariance()));
@@ -83,6 +84,14 @@ class Batch {
     right_ += weighted.transpose() * (u.residual.head(u.rows) - H * offset_);
     // The estimate was moved by `moved`: the error about it now.
     const VectorXd moved = gain(u) * u.residual;
+    // Considered states stay where they are, by a noise as large as the correction that they do not take.
+    if (!considered_.none()) {
+      const MatrixXd K = gain(u), all = K * u.S * K.transpose();
+      ErrorVector estimated = ErrorVector::Ones(layout_.size());
+      considered_.hold(estimated);
+      const VectorXd is_considered = 1 - estimated.array();
+      add_unknowns(root(is_considered.asDiagonal() * all * is_considered.asDiagonal()));
+    }
     MatrixXd G = MatrixXd::Identity(layout_.size(), layout_.size());
     const int v = layout_.offset(Block::kVelocity), b = layout_.offset(Block::kBoresight),
               m = layout_.offset(Block::kVehicleMounting);
@@ -147,6 +156,7 @@ class Batch {
     return A * covariance_.topLeftCorner(A.cols(), B.cols()) * B.transpose();
   }
   StateLayout layout_;
+  Considered considered_;
   MatrixXd A_;  // the error now: A times the unknowns, and the offset
   VectorXd offset_;
   MatrixXd normal_, known_;  // known: the inverse of `normal` so far
@@ -185,8 +195,8 @@ void expect_dense_batch_solution(SyntheticRun s) {
   for (const Innovation& i : run.solution.innovations) ASSERT_EQ(i.outcome, Outcome::kUsed);
   ASSERT_GT(run.solution.innovations.size(), 20U);
 
-  const StateLayout& layout = run.solution.layout();
-  const Batch batch(s, layout);
+  const StateLayout layout = filter_layout(s.options);
+  const Batch batch(s);
   ASSERT_EQ(batch.size(), smoothed.size());
   double moved = 0;
   for (std::size_t row = 0; row < batch.size(); ++row) {
@@ -196,7 +206,7 @@ void expect_dense_batch_solution(SyntheticRun s) {
     const VectorXd sigma = P.diagonal().cwiseSqrt();
     reset(P, layout, reset_jacobian(correction));
     const FullError difference = boxminus(smoothed.estimate(row), expected);
-    for (const Block b : layout.blocks()) {
+    for (const Block b : smoothed.layout().blocks()) {
       for (int k = 0; k < info(b).size; ++k) {
         const double scale = sigma(layout.offset(b) + k);
         EXPECT_LE(std::abs(difference(full_offset(b) + k)), 1e-6 * scale) << info(b).name << " of row " << row;
@@ -207,7 +217,7 @@ void expect_dense_batch_solution(SyntheticRun s) {
     expect_near(is.position, wanted.position, "position", row);
     expect_near(is.velocity, wanted.velocity, "velocity", row);
     expect_near(is.euler, wanted.euler, "euler", row);
-    for (const Block b : layout.blocks()) {
+    for (const Block b : smoothed.layout().blocks()) {
       const int o = full_offset(b), size = info(b).size;
       const double largest = wanted.blocks.segment(o, size).maxCoeff();
       EXPECT_LE((is.blocks - wanted.blocks).segment(o, size).cwiseAbs().maxCoeff(), 1e-6 * largest)
@@ -227,8 +237,8 @@ TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   std::vector<AttitudeLag> lags;
   smooth_rts(run, {}, nullptr, &lags);
-  const StateLayout& layout = run.solution.layout();
-  const Batch batch(s, layout);
+  const StateLayout layout = filter_layout(s.options);
+  const Batch batch(s);
   const auto turn = [&](std::size_t i) {
     return Matrix3d(reset_jacobian(expand(layout, batch.mean(i))).velocity_attitude.bottomRightCorner<3, 3>());
   };
@@ -297,6 +307,7 @@ void expect_trajectory_of_the_whole(const SyntheticRun& s) {
 TEST(Rts, TheTrajectoryWithoutCovariancesIsThatOfTheWhole) {
   expect_trajectory_of_the_whole(test::synthetic_run(4, test::all_blocks()));
   expect_trajectory_of_the_whole(with_turned_imus(4));
+  expect_trajectory_of_the_whole(test::synthetic_run(4, {Block::kGyroBias, Block::kAccelDrift}));
 }
 
 // Runs that begin about a smoothed trajectory and go on by themselves.
