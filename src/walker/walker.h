@@ -155,13 +155,16 @@ class Walker {
   template <class Listener>
   void walk(const ImuSample* after, Listener& to) {
     const ImuSample& sample = *now_;
-    noise_ = to.begin_sample(sample_noise_.of(sample, options().sensor));
+    const ClippedNoise own = sample_noise_.of(sample, options().sensor);
+    noise_ = to.begin_sample(own.noise);
     rate_variance_ = noise_.gyro / sample.interval;
     const StepNoise truncated = truncation_.add(after, options().sensor);
     noise_.gyro += truncated.gyro;
     noise_.accel += truncated.accel;
     neighbour_rate_ = piste::neighbour_rate(before_ ? &*before_ : nullptr, sample, after);
     ImuStep whole = step(after, to.imu_scales(), to.estimate());
+    whole.dtheta += own.hidden_rate * sample.interval;
+    whole.dvel += own.hidden_force * sample.interval;
     const double begin = sample.time - sample.interval;
     if (to.time() > begin + kSameInstant) {  // the start is within this sample
       if (to.time() >= sample.time - kSameInstant) return;

@@ -32,26 +32,68 @@ ImuSensor sensor() {
 // What n clipped samples in a row hide is one error: as a sum over the run its variance is n² that of a single one.
 TEST(SampleNoise, ClippedSamplesInARowAreOneError) {
   const double own = 0.01 * 0.01, dt = 0.01;
-  ImuSample clipped{.time = 0, .interval = dt};
+  ImuSample clipped{.time = 0, .interval = dt, .dtheta = {0, 5 * dt, 0}, .dvel = {0, 0, 0}};
   clipped.clipped_gyro = 0b010;
   SampleNoise noise;
-  const double one = (noise.of(clipped, sensor()).gyro.y() - own) * dt;
-  EXPECT_NEAR(one, std::pow(0.2 * 5 * dt, 2), 1e-15) << "a fifth of the range, over the sample";
+  const auto still = [&](int count) {  // so that the share of clipped samples stays
+    for (int i = 0; i < count; ++i)
+      noise.of({.time = 0, .interval = dt, .dtheta = {0, 0, 0}, .dvel = {0, 0, 0}}, sensor());
+  };
+  constexpr int kMany = 1000000;
+  still(kMany);
+  for (int i = 0; i < 9999; ++i) noise.of(clipped, sensor());
+  still(1);
+  const double one = (noise.of(clipped, sensor()).noise.gyro.y() - own) * dt;
+  const HiddenExcess expected = hidden_excess(5, 0.0495, 10000.0 / 1010000);
+  EXPECT_NEAR(one, expected.variance * dt * dt, 1e-3 * one);
   double sum = one;
   for (int n = 2; n <= 5; ++n) {
-    const StepNoise now = noise.of(clipped, sensor());
-    EXPECT_EQ(now.gyro.x(), own) << "another axis";
-    sum += (now.gyro.y() - own) * dt;
-    EXPECT_NEAR(sum, n * n * one, 1e-12) << n;
+    const ClippedNoise now = noise.of(clipped, sensor());
+    EXPECT_EQ(now.noise.gyro.x(), own) << "another axis";
+    EXPECT_NEAR(now.hidden_rate.y(), expected.mean, 1e-3 * expected.mean);
+    EXPECT_EQ(now.hidden_rate.x(), 0);
+    EXPECT_TRUE(now.hidden_force.isZero(0));
+    sum += (now.noise.gyro.y() - own) * dt;
+    EXPECT_NEAR(sum, n * n * one, 1e-3 * sum) << n;
   }
-  noise.of({.time = 0, .interval = dt}, sensor());
-  EXPECT_NEAR((noise.of(clipped, sensor()).gyro.y() - own) * dt, one, 1e-15) << "begins anew";
+  still(1);
+  EXPECT_NEAR((noise.of(clipped, sensor()).noise.gyro.y() - own) * dt, one, 1e-3 * one) << "begins anew";
+}
+
+// What it states of the hidden part of a clipped signal is that part's mean and variance, at both ends.
+TEST(SampleNoise, HiddenPartsOfANormalSignalHaveTheStatedMeanAndVariance) {
+  const double dt = 0.01, range = 5;
+  for (const auto& [sigma, mean] : {std::pair{2.0, 0.0}, {3.0, 0.5}, {1.6, -1.5}}) {
+    test::Random random(5);
+    SampleNoise noise;
+    const auto take = [&](double value) {
+      const double shown = std::clamp(value, -range, range);
+      ImuSample sample{.time = 0, .interval = dt, .dtheta = {0, 0, shown * dt}, .dvel = {0, 0, 0}};
+      sample.clipped_gyro = std::abs(value) > range ? 0b100 : 0;
+      return noise.of(sample, sensor());
+    };
+    double sum = 0, squares = 0, count = 0;
+    for (int i = 0; i < 200000; ++i) {
+      const double value = mean + random.gaussian(sigma);
+      const ClippedNoise stated = take(value);
+      if (i < 20000 || std::abs(value) <= range) continue;
+      const double left = value - std::copysign(range, value) - stated.hidden_rate.z();
+      const double variance = (stated.noise.gyro.z() - 0.01 * 0.01) / dt;
+      sum += left / std::sqrt(variance);
+      squares += left * left / variance;
+      ++count;
+      take(mean);  // the next one is not in a row with it
+    }
+    EXPECT_GT(count, 500);
+    EXPECT_NEAR(sum / count, 0, 0.1) << sigma << " " << mean;
+    EXPECT_NEAR(squares / count, 1, 0.15) << sigma << " " << mean;
+  }
 }
 
 TEST(SampleNoise, AGapAddsItsOwn) {
-  ImuSample filled{.time = 0, .interval = 0.01};
+  ImuSample filled{.time = 0, .interval = 0.01, .dtheta = {0, 0, 0}, .dvel = {0, 0, 0}};
   filled.gap = GapNoise{.gyro = 0.25, .accel = 0.5};
-  const StepNoise noise = SampleNoise().of(filled, sensor());
+  const StepNoise noise = SampleNoise().of(filled, sensor()).noise;
   EXPECT_TRUE(noise.gyro.isApproxToConstant(0.01 * 0.01 + 0.25 * 0.25));
   EXPECT_TRUE(noise.accel.isApproxToConstant(0.02 * 0.02 + 0.5 * 0.5));
 }
