@@ -25,8 +25,8 @@ using Errors = Eigen::Matrix<double, Eigen::Dynamic, ReferenceErrors::kSize>;
 // One axis of both IMUs in one phase.
 struct Signals {
   Eigen::VectorXd measured, reference;
-  Errors errors;  // D: how the reference depends on its errors p
-  ReferenceErrors::Covariance P_errors;
+  Errors errors;                               // D: how the reference depends on its errors p
+  ReferenceErrors::Covariance P_errors, root;  // root rootᵀ = P_errors
 };
 
 using Rows = std::vector<std::size_t>;
@@ -60,15 +60,27 @@ Errors errors_of(const ReferenceErrors& errors, int axis, const Rows& rows) {
   return D;
 }
 
+// L with L Lᵀ = P, which may be singular.
+ReferenceErrors::Covariance root_of(const ReferenceErrors::Covariance& P) {
+  const Eigen::VectorXd sigma = P.diagonal().cwiseSqrt();
+  const Eigen::VectorXd inverse = (sigma.array() > 0).select(sigma.cwiseInverse(), 0);
+  const Eigensystem eigen = eigensystem(inverse.asDiagonal() * P * inverse.asDiagonal());
+  return sigma.asDiagonal() * eigen.vectors * eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
 Signals signals(const AlignedImus& imus, const ReferenceErrors& errors, int axis, const Rows& rows) {
   const bool force = axis < 3;
   return {part(force ? imus.accel : imus.gyro, rows).col(axis % 3),
           part(force ? imus.reference_accel : imus.reference_gyro, rows).col(axis % 3), errors_of(errors, axis, rows),
-          errors.covariance(axis)};
+          errors.covariance(axis), root_of(errors.covariance(axis))};
 }
 
 BiasScale line(const Regression& fit) {
-  return {fit.value - Eigen::Vector2d(0, 1), fit.covariance, fit.hac_covariance, Eigen::Matrix2d::Zero(), fit.dof};
+  return {.value = fit.value - Eigen::Vector2d(0, 1),
+          .covariance = fit.covariance,
+          .hac_covariance = fit.hac_covariance,
+          .dof = fit.dof,
+          .averages = fit.averages};
 }
 
 // The effect of D p on bias and scale of the line on the reference: a column for each element of p.
@@ -92,6 +104,7 @@ struct Point {
 Term mean_excess(const Signals& s, const ReferenceErrors::Row& errors) {
   Term out = regress_mean(s.measured - s.reference).term(0);
   out.systematic = std::sqrt((errors * s.P_errors * errors.transpose()).value());
+  out.effects = (errors * s.root).transpose();
   return out;
 }
 
@@ -116,6 +129,7 @@ BiasScale line_through(const Eigen::VectorXd& x, const Eigen::VectorXd& y, doubl
   out.covariance = covariance(fit.covariance(0, 0), excess.sigma);
   out.hac_covariance = covariance(fit.hac_covariance(0, 0), excess.standard_error);
   out.dof = std::min(fit.dof, excess.dof);
+  out.averages = from_slope * fit.averages.row(0);
   return out;
 }
 
@@ -176,7 +190,7 @@ PolynomialFit fit_polynomial(const Signals& s) {
     tangent.col(j) << (1 - j) * std::pow(mean, j), j == 0 ? 0 : j * std::pow(mean, j - 1);
   }
   const Eigen::MatrixXd G = effect(powers, s.errors);
-  out.coefficients = {fits[static_cast<std::size_t>(best)], G * s.P_errors * G.transpose()};
+  out.coefficients = {fits[static_cast<std::size_t>(best)], G * s.P_errors * G.transpose(), G * s.root};
   out.tangent = out.coefficients.line(tangent);
   return out;
 }
@@ -200,7 +214,8 @@ MatrixFit fit_matrix(const AlignedImus& imus, const ReferenceErrors& errors, boo
   for (int k = 0; k < 3; ++k) {
     const Eigen::MatrixXd G_k = G.middleCols<size>(k * size);
     const auto i = static_cast<std::size_t>(k);
-    out.axes[i] = {fits[i], G_k * errors.covariance(first + k) * G_k.transpose()};
+    const ReferenceErrors::Covariance P = errors.covariance(first + k);
+    out.axes[i] = {fits[i], G_k * P * G_k.transpose(), G_k * root_of(P)};
   }
   return out;
 }
@@ -224,6 +239,7 @@ RunFit fit_run(const Signals& s, const std::optional<Point>& rest, double ratio)
   const auto both = [&s](const BiasScale& reverse, const BiasScale& inverse, const LineEffect& G) {
     BothDirections lines{reverse, correction(inverse)};
     lines.reverse.systematic_covariance = lines.forward.systematic_covariance = G * s.P_errors * G.transpose();
+    lines.reverse.effects = lines.forward.effects = G * s.root;
     return lines;
   };
   out.joint = both(line(regress_line(s.reference, s.measured)), line(regress_line(s.measured, s.reference)),
@@ -231,6 +247,7 @@ RunFit fit_run(const Signals& s, const std::optional<Point>& rest, double ratio)
   out.noise_ratio = ratio;
   out.both_noisy = line(regress_both_noisy(s.reference, s.measured, ratio));
   out.both_noisy.systematic_covariance = out.joint.reverse.systematic_covariance;
+  out.both_noisy.effects = out.joint.reverse.effects;
   out.polynomial = if_determined([&] { return fit_polynomial(s); });
   const Eigen::Vector2d& found = out.joint.reverse.value;
   const Eigen::VectorXd left = (s.measured - (1 + found(1)) * s.reference).array() - found(0);
@@ -247,8 +264,14 @@ RunFit fit_run(const Signals& s, const std::optional<Point>& rest, double ratio)
 }  // namespace
 
 Term BiasScale::term(int i) const {
-  return {value(i), std::sqrt(covariance(i, i)), std::sqrt(hac_covariance(i, i)), dof,
-          std::sqrt(systematic_covariance(i, i))};
+  const auto row = [i](const auto& of) -> Eigen::VectorXd { return of.row(i).transpose(); };
+  return {.value = value(i),
+          .sigma = std::sqrt(covariance(i, i)),
+          .standard_error = std::sqrt(hac_covariance(i, i)),
+          .dof = dof,
+          .systematic = std::sqrt(systematic_covariance(i, i)),
+          .averages = row(averages),
+          .effects = row(effects)};
 }
 
 double BiasScale::correlation() const {
@@ -265,19 +288,29 @@ BiasScale correction(const BiasScale& line) {
   const double bias = line.value(0), slope = 1 + line.value(1);
   Eigen::Matrix2d J;
   J << -1 / slope, bias / (slope * slope), 0, -1 / (slope * slope);
-  return {Eigen::Vector2d(-bias / slope, -line.value(1) / slope), J * line.covariance * J.transpose(),
-          J * line.hac_covariance * J.transpose(), J * line.systematic_covariance * J.transpose(), line.dof};
+  return {Eigen::Vector2d(-bias / slope, -line.value(1) / slope),
+          J * line.covariance * J.transpose(),
+          J * line.hac_covariance * J.transpose(),
+          J * line.systematic_covariance * J.transpose(),
+          line.dof,
+          J * line.averages,
+          J * line.effects};
 }
 
 Term Coefficients::term(int i) const {
   Term out = regression.term(i);
   out.systematic = std::sqrt(systematic_covariance(i, i));
+  if (effects.cols() > 0) out.effects = effects.row(i).transpose();
   return out;
 }
 
 BiasScale Coefficients::line(const Eigen::Matrix<double, 2, Eigen::Dynamic>& J) const {
-  return {J * regression.value, J * regression.covariance * J.transpose(),
-          J * regression.hac_covariance * J.transpose(), J * systematic_covariance * J.transpose(), regression.dof};
+  BiasScale out{J * regression.value, J * regression.covariance * J.transpose(),
+                J * regression.hac_covariance * J.transpose(), J * systematic_covariance * J.transpose(),
+                regression.dof};
+  if (regression.averages.cols() > 0) out.averages = J * regression.averages;
+  if (effects.cols() > 0) out.effects = J * effects;
+  return out;
 }
 
 BiasScale MatrixFit::line(int axis) const {
@@ -306,7 +339,9 @@ Findings findings(const AlignedImus& imus, const Phases& phases, const FitOption
     const auto rest = [&](const Rows& at) {
       const Signals s = signals(imus, errors, axis, at);
       if (!ratio) ratio = noise_ratio(s);
-      return mean_point(s);
+      Point point = mean_point(s);
+      point.excess.averages = {};  // of other rows than those of the run
+      return point;
     };
     if (before) start = rest(*before), a.before = start->excess;
     if (after) stop = rest(*after), a.after = stop->excess;

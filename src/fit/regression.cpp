@@ -21,8 +21,8 @@ using Eigen::Index;
 constexpr Extended kDependent = 1e-13L;  // part of a column's length beyond the columns before it; below: dependent
 constexpr Index kAverages = 12;          // ν, as Mueller and Watson 2008 have it
 
-// S of the scores u_t, the rows of U, from `count` cosine averages.
-Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index count) {
+// A of the scores u_t, the rows of U, from `count` cosine averages: S = A Aᵀ.
+Eigen::MatrixXd cosine_averages(const Eigen::MatrixXd& U, Index count) {
   const Index n = U.rows();
   Eigen::MatrixXd averages = Eigen::MatrixXd::Zero(U.cols(), count);
   for (Index j = 0; j < count; ++j) {
@@ -30,7 +30,7 @@ Eigen::MatrixXd long_run(const Eigen::MatrixXd& U, Index count) {
     for (Index t = 0; t < n; ++t)
       averages.col(j) += std::cos(step * (static_cast<double>(t) + 0.5)) * U.row(t).transpose();
   }
-  return 2 / static_cast<double>(count) * averages * averages.transpose();
+  return std::sqrt(2 / static_cast<double>(count)) * averages;
 }
 
 // Degrees of freedom of the total error. A systematic error has infinitely many; the result is limited to kMost.
@@ -52,7 +52,8 @@ Regression conclude(const Eigen::VectorXd& value, const Eigen::VectorXd& errors,
   out.residual = std::sqrt(variance);
   out.covariance = variance * C * C.transpose();
   const Index count = std::clamp<Index>(n - p, 1, kAverages);
-  out.hac_covariance = samples / n_p * C * long_run(errors.asDiagonal() * Q, count) * C.transpose();
+  out.averages = std::sqrt(samples / n_p) * C * cosine_averages(errors.asDiagonal() * Q, count);
+  out.hac_covariance = out.averages * out.averages.transpose();
   out.dof = static_cast<double>(count);
   return out;
 }
@@ -105,7 +106,11 @@ double Term::half_width(double probability) const {
 }
 
 Term Regression::term(int i) const {
-  return {value(i), std::sqrt(covariance(i, i)), std::sqrt(hac_covariance(i, i)), dof};
+  return {.value = value(i),
+          .sigma = std::sqrt(covariance(i, i)),
+          .standard_error = std::sqrt(hac_covariance(i, i)),
+          .dof = dof,
+          .averages = averages.size() > 0 ? Eigen::VectorXd(averages.row(i).transpose()) : Eigen::VectorXd()};
 }
 
 double Regression::correlation(int i, int j) const {
@@ -170,11 +175,41 @@ Regression regress_both_noisy(const Eigen::VectorXd& x, const Eigen::VectorXd& y
   return out;
 }
 
+Term paired_difference(const Term& a, const Term& b) {
+  constexpr double kRounding = 1e-9;  // of either term: both are the same estimate
+  const auto shared = [](const Eigen::VectorXd& u, const Eigen::VectorXd& v) {
+    return u.size() == v.size() && u.size() > 0;
+  };
+  Term out = difference(a, b);
+  out.systematic = std::hypot(a.systematic, b.systematic);
+  if (shared(a.effects, b.effects)) {
+    const double alone = square(out.systematic) - a.effects.squaredNorm() - b.effects.squaredNorm();
+    out.effects = a.effects - b.effects;
+    out.systematic = std::sqrt(std::max(0.0, alone) + out.effects.squaredNorm());
+  }
+  if (shared(a.averages, b.averages)) {
+    out.averages = a.averages - b.averages;
+    const auto own = [](const Term& t) {
+      return Term{.standard_error = std::sqrt(std::max(0.0, square(t.standard_error) - t.averages.squaredNorm())),
+                  .dof = t.dof};
+    };
+    const Term both = difference(own(a), own(b)),
+               all = difference(
+                   both, {.standard_error = out.averages.norm(), .dof = static_cast<double>(out.averages.size())});
+    out.standard_error = all.standard_error;
+    out.dof = all.dof;
+  }
+  if (std::abs(out.value) < kRounding * std::hypot(a.total(), b.total())) out.value = 0;
+  return out;
+}
+
 Term difference(const Term& a, const Term& b) {
   const double va = square(a.standard_error), vb = square(b.standard_error);
   const double spread = square(va) / a.dof + square(vb) / b.dof;
-  return {a.value - b.value, std::hypot(a.sigma, b.sigma), std::sqrt(va + vb),
-          spread > 0 ? square(va + vb) / spread : std::min(a.dof, b.dof)};
+  return {.value = a.value - b.value,
+          .sigma = std::hypot(a.sigma, b.sigma),
+          .standard_error = std::sqrt(va + vb),
+          .dof = spread > 0 ? square(va + vb) / spread : std::min(a.dof, b.dof)};
 }
 
 }  // namespace piste

@@ -12,6 +12,8 @@ double unit_of(StudyQuantity quantity, int axis) {
 
 Term in_unit(Term term, double factor) {
   term.value *= factor;
+  term.averages *= factor;
+  term.effects *= factor;
   for (double* size : {&term.sigma, &term.standard_error, &term.systematic}) *size *= std::abs(factor);
   return term;
 }

@@ -108,7 +108,7 @@ std::optional<Term> difference_of(const SensorRun& run, Method a, Method b, Stud
   }
   const auto right = shown_of(run, b, quantity, axis);
   if (!right) return std::nullopt;
-  return minus(*left, *right);
+  return paired_difference(*left, *right);
 }
 
 const NavigationScore* own_score(const SensorRun& run) {

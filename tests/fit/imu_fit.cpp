@@ -348,6 +348,31 @@ TEST(ImuFit, CorrectionIsItsOwnInverseAndTheArticlesSign) {
   EXPECT_TRUE(correction(along).covariance.isApprox(change * change.transpose(), 1e-4));
 }
 
+// What two methods of a run share are their whole errors, so that nothing but their difference is left.
+TEST(ImuFit, MethodsOfOneRunShareItsNoiseAndTheErrorsOfItsReference) {
+  const test::AlignedRun run{.reference_noise = 0.5};
+  ImuSensor reference;
+  reference.gyro = reference.accel = {.noise = 0, .bias = 1e-3, .drift = {}, .scale = 1e-4};
+  const Phases phases{run.before(), run.moving(), std::nullopt};
+  const Findings found = findings(run.simulate(1), phases, {.reference = &reference});
+  for (const AxisFindings& axis : found.axes) {
+    const RunFit& fit = *axis.run;
+    const auto whole = [&](const Term& t) {
+      EXPECT_NEAR(t.averages.norm() / t.standard_error, 1, 1e-9) << axis.name;
+      EXPECT_NEAR(t.effects.norm() / t.systematic, 1, 1e-9) << axis.name;
+    };
+    for (const BiasScale& line : {fit.joint.reverse, fit.joint.forward, fit.both_noisy, fit.polynomial->tangent}) {
+      whole(line.bias());
+      whole(correction(line).scale());
+    }
+    whole(fit.bias_only);
+    EXPECT_EQ(axis.before->averages.size(), 0) << "of rows of its own";
+    const Term apart = paired_difference(fit.joint.reverse.scale(), fit.both_noisy.scale());
+    EXPECT_LT(apart.systematic, 1e-6 * fit.joint.reverse.scale().systematic);
+    EXPECT_LT(apart.standard_error, difference(fit.joint.reverse.scale(), fit.both_noisy.scale()).standard_error);
+  }
+}
+
 TEST(ImuFit, DoesWithWhatThereIs) {
   const test::AlignedRun run;
   AlignedImus imus = run.simulate(2);

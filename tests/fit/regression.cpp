@@ -97,6 +97,53 @@ TEST(Regression, TheLongRunVarianceIsTheMeanOfSquaredCosineAverages) {
   EXPECT_NEAR(covariance(13), 0, 1e-12);
 }
 
+// Mean and intercept at the first sample of one signal with noise of 1 s at 10 Hz: their difference is zero, and in
+// its 95 % interval as often as that says. Taken as independent the two give an interval that holds it always.
+TEST(Regression, ThePairedDifferenceOfTwoEstimatesHoldsAsOftenAsItSays) {
+  constexpr int kRuns = 400;
+  constexpr Eigen::Index n = 500;
+  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(n, -0.3, 1.7);
+  int paired = 0, independent = 0;
+  double widest = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    test::Random random(100 + static_cast<std::uint64_t>(run));
+    Eigen::VectorXd y(n);
+    double noise = random.gaussian();
+    const double keeps = std::exp(-0.1 / 1.0);
+    for (Eigen::Index t = 0; t < n; ++t) {
+      y(t) = 5 + noise;
+      noise = keeps * noise + std::sqrt(1 - keeps * keeps) * random.gaussian();
+    }
+    const Term a = regress_mean(y).term(0), b = regress_line(x, y).term(0);
+    const Term both = paired_difference(a, b), apart = difference(a, b);
+    EXPECT_EQ(both.value, a.value - b.value);
+    EXPECT_NEAR(both.dof, 12, 1e-9);
+    if (std::abs(both.value) < both.half_width(0.95)) ++paired;
+    if (std::abs(apart.value) < apart.half_width(0.95)) ++independent;
+    widest = std::max(widest, both.standard_error);
+    EXPECT_NEAR(both.averages.norm(), both.standard_error, 1e-12);
+  }
+  EXPECT_NEAR(paired / static_cast<double>(kRuns), 0.95, 0.03);
+  EXPECT_GT(independent / static_cast<double>(kRuns), 0.98);
+}
+
+TEST(Regression, APairedDifferenceHasWhatIsNotShared) {
+  Term a{.value = 3, .standard_error = 5, .dof = 12, .systematic = 13};
+  Term b{.value = 1, .standard_error = 10, .dof = 12, .systematic = 5};
+  EXPECT_DOUBLE_EQ(paired_difference(a, b).standard_error, difference(a, b).standard_error);
+  EXPECT_DOUBLE_EQ(paired_difference(a, b).systematic, std::hypot(13, 5));
+  a.averages = Eigen::Vector2d(0, 3);  // the remaining 4, of another source
+  b.averages = Eigen::Vector2d(6, 8);
+  a.effects = Eigen::Vector2d(5, 12);
+  b.effects = Eigen::Vector2d(3, 4);
+  const Term both = paired_difference(a, b);
+  EXPECT_DOUBLE_EQ(both.standard_error, std::sqrt(16 + 36 + 25));
+  EXPECT_DOUBLE_EQ(both.systematic, std::hypot(2, 8));
+  a = b;
+  a.value += 1e-12;
+  EXPECT_EQ(paired_difference(a, b).p_value(), 1) << "of one estimate from itself there is only rounding";
+}
+
 // Total least squares: the line along the largest singular vector of the centred and scaled points.
 TEST(Regression, BothNoisyIsTotalLeastSquaresWhereNoiseIsScaledToTheSame) {
   test::Random random(11);

@@ -304,6 +304,21 @@ TEST(Comparisons, AreOverTheRunsThatHaveBothAndCorrectedPairByPair) {
   EXPECT_TRUE(comparisons(study, StudyQuantity::kScale).empty());
 }
 
+TEST(Comparisons, ArePairedWithinARun) {
+  Study study = empty_study(1);
+  const auto set = [&](Method method, const Eigen::Vector2d& averages, double effect) {
+    Term term{.value = 1, .standard_error = averages.norm(), .dof = 2, .systematic = std::abs(effect)};
+    term.averages = averages;
+    term.effects = Eigen::VectorXd::Constant(1, effect);
+    set_bias(study.results[0], method, 0, term);
+  };
+  set(Method::kRest, {3, 4}, 20);
+  set(Method::kBiasOnly, {3, 1}, 16);
+  const auto rows = comparisons(study, StudyQuantity::kBias);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_DOUBLE_EQ(rows[0].difference.within, 5) << "3 of the noise, 4 of the reference";
+}
+
 TEST(Coverage, CountsWhatLiesInsideTheInterval) {
   Study study = empty_study(2);
   const Term known{0, 0, 3, 9, 4};

@@ -42,6 +42,8 @@ struct BiasScale {
   Eigen::Matrix2d hac_covariance = Eigen::Matrix2d::Zero();         ///< for coloured noise
   Eigen::Matrix2d systematic_covariance = Eigen::Matrix2d::Zero();  ///< of errors of the reference and the alignment
   double dof = 1;                                                   ///< effective
+  /// What other estimates of the run share with it, see Term.
+  Eigen::Matrix<double, 2, Eigen::Dynamic> averages = {}, effects = {};
 
   Term bias() const { return term(0); }
   Term scale() const { return term(1); }
@@ -69,6 +71,7 @@ struct BothDirections {
 struct Coefficients {
   Regression regression;
   Eigen::MatrixXd systematic_covariance;  ///< of errors of the reference and the alignment
+  Eigen::MatrixXd effects = {};           ///< E with E Eᵀ = systematic_covariance: of errors of variance 1
 
   Term term(int i) const;
   /// The bias and scale that are J times the coefficients.

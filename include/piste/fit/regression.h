@@ -32,6 +32,9 @@ struct Term {
   double standard_error = 0;  ///< for coloured errors
   double dof = 1;             ///< effective degrees of freedom of the standard error
   double systematic = 0;      ///< 1-sigma of errors that do not become smaller in a longer series, such as those of x
+  /// What two terms from the same signals share (paired_difference): of the standard error the cosine averages, whose
+  /// squares are summed in its square; of the systematic error the effects of errors of variance 1. Empty: nothing.
+  Eigen::VectorXd averages = {}, effects = {};
 
   /// Standard error and systematic error together: the root of the sum of their squares.
   double total() const;
@@ -47,6 +50,7 @@ struct Regression {
   Eigen::VectorXd value;           ///< of the coefficients
   Eigen::MatrixXd covariance;      ///< formal
   Eigen::MatrixXd hac_covariance;  ///< heteroscedasticity- and autocorrelation-consistent
+  Eigen::MatrixXd averages;        ///< the cosine averages, a row for each coefficient: A Aᵀ is the second covariance
   Eigen::VectorXd inflation;       ///< of each variance by the other columns: 1 if it is orthogonal to them
   double residual = 0;             ///< s = sqrt(Σ e² / (n − p))
   int samples = 0;                 ///< n
@@ -92,6 +96,19 @@ Regression regress_mean(const Eigen::VectorXd& y);
 /// most its distance from either regression. `residual` is that of e.
 /// @pre at least three samples, ratio > 0. Throws DataError if x or y does not change, or if they are uncorrelated.
 Regression regress_both_noisy(const Eigen::VectorXd& x, const Eigen::VectorXd& y, double ratio);
+
+/// The difference a − b of two estimates from the same signals, such as a line and a polynomial of one run. They share
+/// the noise of the signals, and what is wrong with x. Cosine averages of two linear estimates from the same rows are
+/// subtracted one by one, so that
+///
+///     var(a − b) = var(a) + var(b) − 2 Σ_j a_j b_j,   likewise the systematic variance by their effects
+///
+/// which is what the averages of the difference itself give. What they do not share counts as independent. The formal
+/// sigma is that of independent terms: white noise does not say how much of it is shared.
+///
+/// Example: means of 90 s of one noisy signal, and of the same with a tenth of the noise added to it. Both have a
+/// standard error of 0.100, their difference one of 0.010, where independent terms would have 0.141.
+Term paired_difference(const Term& a, const Term& b);
 
 /// The difference a − b of independent terms without systematic errors, with the degrees of freedom of Welch and
 /// Satterthwaite.

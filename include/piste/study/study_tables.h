@@ -95,7 +95,7 @@ struct CorrelationRow {
 std::vector<CorrelationRow> correlations(const Study& study, Method method = Method::kJointReverse);
 
 /// The difference a − b of two methods, over the runs that have both. If b is Method::kTruth, b is the true value of
-/// the quantity that a estimates. Sigmas within a run treat both as independent.
+/// the quantity that a estimates. Sigmas within a run are those of paired estimates (paired_difference).
 struct Comparison {
   std::size_t sensor = 0;
   int axis = 0;
