@@ -30,6 +30,14 @@ struct FileOption {
   std::string name, help;
 };
 
+/// An option with a text, such as `--align se3`.
+struct TextOption {
+  std::string name, help;
+  std::string type_name = "TEXT";  ///< in the help
+  std::string fallback = {};       ///< empty: none
+  bool many = false;               ///< whether it may be repeated
+};
+
 /// Name, summary and options of a program, for its command line and its help. The help shows the name by which the user
 /// called the program: an installed one is `piste-NAME`.
 struct AppDescription {
@@ -41,6 +49,7 @@ struct AppDescription {
   std::vector<IntegerOption> integers = {};
   std::vector<FlagOption> flags = {};
   std::vector<FileOption> files = {};
+  std::vector<TextOption> texts = {};
 };
 
 /// The arguments on the command line.
@@ -51,7 +60,11 @@ struct AppArguments {
   bool quiet = false;
   std::map<std::string, long> integers;  ///< the given ones and those with a fallback
   std::map<std::string, bool> flags;
-  std::map<std::string, std::string> files;  ///< the given ones
+  std::map<std::string, std::string> files;               ///< the given ones
+  std::map<std::string, std::vector<std::string>> texts;  ///< of each option: the given ones, else its fallback
+
+  /// The text of an option that is not repeated; empty without it.
+  std::string text(const std::string& name) const { return texts.at(name).empty() ? "" : texts.at(name).back(); }
 };
 
 /// A progress bar with rate and time left. It is on standard error, and only if that is a terminal.

@@ -22,6 +22,8 @@ from .programs import (
     align,
     allan,
     compare,
+    evaluate,
+    export,
     inspect,
     montecarlo,
     read,
@@ -38,5 +40,5 @@ share = _os.environ["PISTE_SHARE"]
 
 __all__ = [
     "ConfigError", "DataError", "Error", "Filter", "Inspection", "Live", "Page", "Run", "Simulation", "Solution", "Table",
-    "align", "allan", "compare", "filter_of", "inspect", "montecarlo", "read", "replay", "share", "simulate", "study", "tune",
+    "align", "allan", "compare", "evaluate", "export", "filter_of", "inspect", "montecarlo", "read", "replay", "share", "simulate", "study", "tune",
 ]  # fmt: skip

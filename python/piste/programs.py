@@ -135,6 +135,49 @@ def compare(
     }
 
 
+def evaluate(
+    estimate: Path,
+    reference: Path,
+    /,
+    *,
+    align: str = "none",
+    rpe: Sequence[str] = ("100m", "1s"),
+    at: str = "",
+    time_offset: float | str = 0,
+    output: Path | None = None,
+) -> dict[str, Any]:
+    """How far a trajectory is from a reference: evaluation.json, and `text` and `report`.
+
+    Both are files of any format that the program `evaluate` reads, or folders of replays. `align` is none, position,
+    yaw, se3 or sim3; `rpe` has the steps of the relative error; `at` takes the estimate at this point of its
+    `output: {at}`; `time_offset` is added to its times [s], "auto" estimates it.
+    """
+    found = dict(
+        _piste.evaluate(
+            os.fspath(estimate), os.fspath(reference), align, list(rpe), at, str(time_offset), _folder(output)
+        )
+    )
+    return {**json.loads(found["json"]), "text": found["text"], "report": Page(found["page"])}
+
+
+def export(folder: Path, to: str, /, *, week: int | None = None, output: Path | None = None) -> str:
+    """Writes the trajectory of a replay's folder for other programs, and returns the path of the file.
+
+    `to`: gpx, geojson, nmea, tum, kitti, euroc, sbet, rtklib, numpy; and from Python alone parquet (by pandas and
+    pyarrow) and rosbag (a ROS 2 bag, by rosbags). `week`: the GPS week, if the logs do not state it.
+    """
+    place = os.fspath(folder)
+    if to in ("parquet", "rosbag"):
+        from . import exports
+
+        file = os.path.join(place, "trajectory" + exports.ENDINGS[to]) if output is None else os.fspath(output)
+        exports.WRITERS[to](place, file, week)
+        return file
+    file = os.path.join(place, "trajectory" + _piste.export_extension(to)) if output is None else os.fspath(output)
+    _piste.export(place, to, week, file)
+    return file
+
+
 class Simulation:
     """Simulated logs with their truth. `imus`, `gnss` and `attitude` are tables by the names of their files."""
 

@@ -1,4 +1,4 @@
-/// The other programs: inspect, simulate, montecarlo, align, compare, study, tune, allan.
+/// The other programs: inspect, simulate, montecarlo, align, compare, evaluate, study, tune, allan.
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -244,6 +244,41 @@ void bind_programs(nb::module_& m) {
           write_consistency(output, report_of(e), title, configuration.config.source());
         });
       });
+
+  m.def(
+      "evaluate",
+      [](const std::string& estimate, const std::string& reference, const std::string& align,
+         const std::vector<std::string>& rpe, const std::string& at, const std::string& time_offset,
+         const std::optional<std::string>& folder) {
+        return interruptible(nb::none(), [&](Told&) {
+          EvaluationOptions options{.align = alignment_kind(align), .steps = {}};
+          for (const std::string& step : rpe) options.steps.push_back(relative_step(step));
+          set_time_offset(options, time_offset);
+          const Evaluation found =
+              evaluate(read_trajectory({.path = estimate, .at = at}), read_trajectory({.path = reference}), options);
+          write_into(folder, [&](OutputFolder& output) { write_evaluation(output, found); });
+          return Texts{{"json", evaluation_json(found)},
+                       {"text", evaluation_text(found)},
+                       {"page", evaluation_page(found, version())}};
+        });
+      },
+      nb::arg("estimate"), nb::arg("reference"), nb::arg("align"), nb::arg("rpe"), nb::arg("at"),
+      nb::arg("time_offset"), nb::arg("folder").none());
+
+  m.def(
+      "export",
+      [](const std::string& folder, const std::string& format, std::optional<int> week, const std::string& file) {
+        const ExportRun run = read_export_run(folder, week);
+        const std::filesystem::path path(file);
+        const std::vector<ExportedFile> files = exported(run, export_format(format));
+        OutputFolder output(path.has_parent_path() ? path.parent_path() : ".");
+        for (std::size_t i = files.size(); i-- > 0;) {
+          output.write(i == 0 ? path.filename().string() : path.stem().string() + files[i].ending, files[i].content);
+        }
+        output.commit();
+      },
+      nb::arg("folder"), nb::arg("format"), nb::arg("week").none(), nb::arg("file"));
+  m.def("export_extension", [](const std::string& format) { return std::string(extension_of(export_format(format))); });
 
   m.def(
       "tune",

@@ -194,3 +194,38 @@ def test_inspect_takes_frames(imu, gnss, tmp_path):
         piste.inspect(frames[0].assign(note="x"))
     mixed = piste.inspect(imu, os.path.join(os.path.dirname(__file__), "../../data/ski_run/gnss.csv"))
     assert "table_1.csv beside" in str(mixed)
+
+
+def test_evaluate(tmp_path, config):
+    track = os.path.join(os.path.dirname(config), "../data/ski_run/truth.csv")
+    if not os.path.exists(track):
+        pytest.skip("the shipped run is not beside its configuration")
+    found = piste.evaluate(track, track, align="se3", rpe=["50m"], output=tmp_path / "out")
+    assert found["ape"]["max_m"] < 1e-9
+    assert found["rpe"]["50 m"]["pairs"] > 5
+    assert json.loads((tmp_path / "out/evaluation.json").read_text())["epochs"] == found["epochs"]
+    with pytest.raises(piste.ConfigError, match="se4"):
+        piste.evaluate(track, track, align="se4")
+
+
+def test_export(tmp_path, config):
+    run = piste.replay(config, judged=False)
+    run.write(tmp_path / "run")
+    file = piste.export(tmp_path / "run", "numpy")
+    arrays = np.load(file)
+    np.testing.assert_allclose(arrays["time_s"], run.smoothed.navigation["time_s"], atol=1e-6)
+    with pytest.raises(piste.DataError, match="week"):
+        piste.export(tmp_path / "run", "gpx")
+    assert piste.export(tmp_path / "run", "gpx", week=2200, output=tmp_path / "run.gpx").endswith("run.gpx")
+    with pytest.raises(piste.ConfigError, match="shapefile"):
+        piste.export(tmp_path / "run", "shapefile")
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        with pytest.raises(piste.ConfigError, match="pyarrow"):
+            piste.export(tmp_path / "run", "parquet")
+    try:
+        import rosbags  # noqa: F401
+    except ImportError:
+        with pytest.raises(piste.ConfigError, match="rosbags"):
+            piste.export(tmp_path / "run", "rosbag", week=2200)

@@ -67,6 +67,8 @@ class ColumnClock {
   ColumnClock(const ColumnReader& reader, const ColumnTime& time, TimeOrder order);
   /// The time of the present row. Throws RowError if it is none, or does not increase.
   double next();
+  /// The GPS week of the first row, if the times of the log have one.
+  std::optional<int> first_week() const { return weeks_.first_week(); }
 
  private:
   double since_power_up();

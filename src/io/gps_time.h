@@ -15,6 +15,8 @@ class WeekTime {
   explicit WeekTime(TimeOrder order = TimeOrder::kIncreasing) : increasing_(order) {}
   /// Throws RowError if the time does not increase.
   double next(const GpsTime& time, const RowSource& row);
+  /// The week of the first time, once there was one.
+  std::optional<int> first_week() const { return first_week_; }
 
  private:
   IncreasingTime increasing_;

@@ -9,6 +9,7 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
+#include "log_week.h"
 #include "math/time.h"
 #include "piste/math/units.h"
 
@@ -359,6 +360,19 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
         "or take `sigma_velocity` out of the configuration");
   }
   return gnss;
+}
+
+std::optional<GpsTime> first_time_nmea(const LogFile& log) {
+  const auto first = first_day(log);
+  if (!first) return std::nullopt;
+  EpochReader epochs(log, *first);
+  for (;;) {
+    try {
+      if (!epochs.next()) return std::nullopt;
+      return gps_time(epochs.epoch().day, *epochs.epoch().time_of_day, TimeSystem::kUtc);
+    } catch (const RowError&) {  // a row without a time, which its reader reports
+    }
+  }
 }
 
 }  // namespace piste::log_formats

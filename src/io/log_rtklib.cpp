@@ -7,6 +7,7 @@
 
 #include "gps_time.h"
 #include "log_formats.h"
+#include "log_week.h"
 #include "math/numbers.h"
 #include "math/time.h"
 
@@ -189,6 +190,22 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
   for_each_row(
       faults, [&] { return reader.next(); }, row);
   return gnss;
+}
+
+std::optional<GpsTime> first_time_rtklib(const LogFile& log) {
+  TextReader reader(log.file, TextReader::Separator::kSpaces, log.content);
+  std::optional<PosHeader> header;
+  while (reader.next()) {
+    try {
+      if (reader.line().starts_with('%')) {
+        if (auto found = header_of(reader)) header = std::move(found);
+      } else if (header && reader.fields().size() == header->fields()) {
+        return time_of(reader, header->system);
+      }
+    } catch (const RowError&) {  // a row without a time, which its reader reports
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace piste::log_formats

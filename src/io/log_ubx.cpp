@@ -6,6 +6,7 @@
 
 #include "byte_reader.h"
 #include "log_formats.h"
+#include "log_week.h"
 #include "math/time.h"
 
 namespace piste::log_formats {
@@ -106,6 +107,12 @@ class NavPvt {
   }
 
   std::uint32_t time() const { return at<std::uint32_t>(0); }
+
+  // The day in UTC, if it is marked as valid.
+  std::optional<std::chrono::sys_days> date() const {
+    if ((at<std::uint8_t>(11) & 1) == 0) return std::nullopt;
+    return day_of(at<std::uint16_t>(4), at<std::uint8_t>(6), at<std::uint8_t>(7));
+  }
 
   // The time of week is rounded to a millisecond; the fraction of the UTC second, that of GPS time too, is not.
   double seconds_of_week() const {
@@ -217,6 +224,46 @@ GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
   for_each_row(
       faults, [&] { return reader.next(); }, frame);
   return gnss;
+}
+
+std::optional<GpsTime> first_time_ubx(const LogFile& log) {
+  FrameReader reader(log);
+  for (;;) {
+    try {
+      if (!reader.next()) return std::nullopt;
+      if (!reader.is(0x01, 0x07)) continue;
+      const NavPvt pvt(reader);
+      const auto date = pvt.has_fix() ? pvt.date() : std::nullopt;
+      if (!date) continue;
+      // The date is that of UTC; the seconds of week are those of GPS.
+      const GpsTime midnight = gps_time(*date, kDay / 2, TimeSystem::kUtc);
+      const double seconds = pvt.seconds_of_week();
+      return GpsTime{midnight.week + static_cast<int>(std::lround((midnight.seconds - seconds) / kWeek)), seconds};
+    } catch (const RowError&) {  // a frame that its reader reports
+    }
+  }
+}
+
+// TIM-TM2 (u-blox 8 / M8 receiver description, 32.20.4).
+std::vector<GpsTime> ubx_marks(const LogFile& log) {
+  constexpr std::size_t kSize = 28;
+  constexpr std::uint8_t kRisingEdge = 0x80, kTimeValid = 0x40;
+  FrameReader reader(log);
+  std::vector<GpsTime> marks;
+  while (reader.next()) {
+    if (!reader.is(0x0d, 0x03)) continue;
+    const std::string_view bytes = reader.payload();
+    if (bytes.size() != kSize) {
+      reader.fail(fmt::format("TIM-TM2 of {} bytes; {} are expected", bytes.size(), kSize), RowFault::Kind::kFields);
+    }
+    const auto flags = number_at<std::uint8_t>(bytes, 1);
+    if ((flags & kRisingEdge) == 0 || (flags & kTimeValid) == 0) continue;
+    const GpsTime time{number_at<std::uint16_t>(bytes, 4),
+                       1e-3 * number_at<std::uint32_t>(bytes, 8) + 1e-9 * number_at<std::uint32_t>(bytes, 12)};
+    constexpr unsigned kTimeBase = 0x18, kUtc = 0x10;
+    marks.push_back((flags & kTimeBase) == kUtc ? gps_time(time, TimeSystem::kUtc) : time);
+  }
+  return marks;
 }
 
 }  // namespace piste::log_formats

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <optional>
+#include <string>
 
 namespace piste {
 
@@ -21,5 +22,18 @@ std::optional<std::chrono::sys_days> day_of(double year, double month, double da
 GpsTime gps_time(std::chrono::sys_days day, double second, TimeSystem system);
 /// GPS time of a week and its seconds that count in a time system.
 GpsTime gps_time(const GpsTime& time, TimeSystem system);
+
+/// A calendar time to the microsecond; `second` is 60 in a leap second.
+struct CalendarTime {
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0, microsecond = 0;
+};
+/// The calendar time of a GPS time, rounded to the microsecond, in GPS time or UTC.
+CalendarTime calendar_time(const GpsTime& time, TimeSystem system);
+
+/// Its text in UTC, such as 2022-03-09T11:59:42.500000Z.
+std::string utc_text(const GpsTime& time);
+
+/// Seconds since 1970-01-01 in UTC, which does not count leap seconds.
+double unix_time(const GpsTime& time);
 
 }  // namespace piste
