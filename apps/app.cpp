@@ -64,17 +64,20 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
   for (const FileOption& option : description.files) {
     command.add_option("--" + option.name, files[option.name], option.help)->type_name("FILE");
   }
+  std::map<std::string, std::string> single;
   for (const TextOption& option : description.texts) {
-    auto* o = command.add_option("--" + option.name, arguments.texts[option.name], option.help);
-    o->type_name(option.type_name)->allow_extra_args(false);
-    if (!option.many) o->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    const std::string name = "--" + option.name;
+    std::vector<std::string>& all = arguments.texts[option.name];
+    auto* o = option.many ? command.add_option(name, all, option.help)->allow_extra_args(false)
+                          : command.add_option(name, single[option.name], option.help);
+    o->type_name(option.type_name);
     if (!option.fallback.empty()) o->description(fmt::format("{} (default: {})", option.help, option.fallback));
   }
   command.parse(argc, argv);
   for (const TextOption& option : description.texts) {
-    if (arguments.texts[option.name].empty() && !option.fallback.empty()) {
-      arguments.texts[option.name] = {option.fallback};
-    }
+    std::vector<std::string>& all = arguments.texts[option.name];
+    if (!option.many && command.count("--" + option.name) > 0) all = {single[option.name]};
+    if (all.empty() && !option.fallback.empty()) all = {option.fallback};
   }
   std::erase_if(files, [](const auto& file) { return file.second.empty(); });
   arguments.files = std::move(files);

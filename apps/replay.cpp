@@ -28,14 +28,17 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   const ReplayConfig config = read_replay_config(arguments.input);
   OutputFolder output(arguments.output);
 
-  RowFiles rows(output, config.rates, config.smoother);
+  const auto extras = [&](double time) { return row_extras(config, gps_week(config, time)); };
+  extras(0);  // throws before the work if the week is missing
+  RowFiles rows(output, config.rates, config.smoother, true, extras);
   const Replay run = replay(
       config,
       [&](std::string_view stage, std::size_t done, std::size_t all) {
         if (done == 0) progress.start(std::string(stage), all);
         progress.update(done);
       },
-      batch_solver(config.batch, std::max(1U, std::thread::hardware_concurrency())), rows.streams());
+      batch_solver(config.batch, std::max(1U, std::thread::hardware_concurrency())),
+      config.needs_history() ? RowStreams{} : rows.streams());
   progress.clear();
 
   const Solution& filtered = run.filtered.solution;

@@ -21,7 +21,7 @@ vcpkg_cmake_install()
 vcpkg_cmake_config_fixup(CONFIG_PATH lib/cmake/piste)
 vcpkg_fixup_pkgconfig()
 if("tools" IN_LIST FEATURES)
-    vcpkg_copy_tools(AUTO_CLEAN TOOL_NAMES piste-align piste-allan piste-compare piste-evaluate piste-export piste-inspect piste-montecarlo piste-replay
+    vcpkg_copy_tools(AUTO_CLEAN TOOL_NAMES piste-align piste-allan piste-compare piste-descents piste-evaluate piste-export piste-inspect piste-montecarlo piste-replay
         piste-simulate piste-study piste-tune)
 endif()
 file(REMOVE_RECURSE "${CURRENT_PACKAGES_DIR}/debug/include" "${CURRENT_PACKAGES_DIR}/debug/share")

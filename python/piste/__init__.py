@@ -22,6 +22,7 @@ from .programs import (
     align,
     allan,
     compare,
+    descents,
     evaluate,
     export,
     inspect,
@@ -40,5 +41,5 @@ share = _os.environ["PISTE_SHARE"]
 
 __all__ = [
     "ConfigError", "DataError", "Error", "Filter", "Inspection", "Live", "Page", "Run", "Simulation", "Solution", "Table",
-    "align", "allan", "compare", "evaluate", "export", "filter_of", "inspect", "montecarlo", "read", "replay", "share", "simulate", "study", "tune",
+    "align", "allan", "compare", "descents", "evaluate", "export", "filter_of", "inspect", "montecarlo", "read", "replay", "share", "simulate", "study", "tune",
 ]  # fmt: skip

@@ -178,6 +178,28 @@ def export(folder: Path, to: str, /, *, week: int | None = None, output: Path | 
     return file
 
 
+def descents(
+    *runs: Path,
+    gates: Path | None = None,
+    line: str = "",
+    common: float = 0,
+    at: str = "",
+    output: Path | None = None,
+    **named: Path,
+) -> dict[str, Any]:
+    """Runs of one course compared: descents.json, and `sections`, `gained` (both csv), `text` and `report`.
+
+    Runs are configurations, which are replayed, or folders of replays; `descents(gates=…, anna="a.yaml", ben="b.yaml")`
+    names them. `common`: 1-sigma along the line that all runs share [m].
+    """
+    all_runs = [("", os.fspath(run)) for run in runs] + [(name, os.fspath(run)) for name, run in named.items()]
+    found = dict(
+        _piste.descents(all_runs, "" if gates is None else os.fspath(gates), line, common, at, _folder(output))
+    )
+    report = {"sections": found["sections"], "gained": found["gained"], "text": found["text"]}
+    return {**json.loads(found["json"]), **report, "report": Page(found["page"])}
+
+
 class Simulation:
     """Simulated logs with their truth. `imus`, `gnss` and `attitude` are tables by the names of their files."""
 

@@ -281,6 +281,28 @@ void bind_programs(nb::module_& m) {
   m.def("export_extension", [](const std::string& format) { return std::string(extension_of(export_format(format))); });
 
   m.def(
+      "descents",
+      [](const std::vector<std::pair<std::string, std::string>>& runs, const std::string& gates,
+         const std::string& line, double common, const std::string& at, const std::optional<std::string>& folder) {
+        return interruptible(nb::none(), [&](Told&) {
+          std::vector<Descent> all;
+          for (const auto& [name, run] : runs) {
+            all.push_back(std::filesystem::is_directory(run) ? descent_of(std::filesystem::path(run), at, name)
+                                                             : descent_of(read_replay_config(run), at, name));
+          }
+          const DescentReport found = compare_descents(all, gates.empty() ? std::vector<Gate>{} : read_gates(gates),
+                                                       {.line = line, .common = common});
+          write_into(folder, [&](OutputFolder& output) { write_descents(output, found); });
+          return Texts{{"json", descents_json(found)},
+                       {"sections", sections_csv(found)},
+                       {"gained", gained_csv(found)},
+                       {"text", descents_text(found)},
+                       {"page", descents_page(found, version())}};
+        });
+      },
+      nb::arg("runs"), nb::arg("gates"), nb::arg("line"), nb::arg("common"), nb::arg("at"), nb::arg("folder").none());
+
+  m.def(
       "tune",
       [](const Configuration& configuration, std::size_t jobs, double hold_out,
          const std::optional<std::string>& folder, const nb::object& progress) {

@@ -98,7 +98,7 @@ std::unique_ptr<Run> replayed(const Configuration& configuration, bool judged, c
     run->verdict = judged ? diagnose(r.log, r.options, run->config.initial, r.found, filtered, smoothed,
                                      [&](double part) { told("verdict", part); })
                           : judge(r.log, r.options, filtered, smoothed);
-    run->replay.filtered.history.reset();
+    if (!run->config.needs_history()) run->replay.filtered.history.reset();
     const std::chrono::duration<double> wall_s = std::chrono::steady_clock::now() - wall;
     run->times = {static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC, wall_s.count()};
     return run;
@@ -139,7 +139,7 @@ void bind_run(nb::module_& m) {
            [](const Run& run) {
              const Replay& r = run.replay;
              return summary_json(r.log, r.filtered.solution, r.smoothed ? &*r.smoothed : nullptr, run.verdict,
-                                 run.times);
+                                 run.times, nullptr, gps_week(run.config, r.log.imu.front().time));
            })
       .def("page", [](const Run& run) { return replay_page(run.config, run.replay, run.verdict); })
       .def(

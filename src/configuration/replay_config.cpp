@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "configuration/behaviour_keys.h"
+#include "configuration/output_keys.h"
 #include "configuration/replay_keys.h"
 #include "configuration/vehicle_keys.h"
 #include "piste/core/error.h"
@@ -163,9 +164,6 @@ OutputRates read_output(const Config& config) {
   if (const auto output = config.find_map("output")) {
     rates.navigation = read_rate(*output, "rate", rates.navigation);
     rates.biases = read_rate(*output, "biases", rates.biases);
-    if (output->text("covariance", "none") != "none") {
-      output->fail("covariance", "whole covariances are not written in this version; choose none");
-    }
   }
   if (const auto attitude = config.find_map("attitude_output")) {
     rates.attitude = attitude->quantity("rate", dimension::kFrequency, rates.attitude);
@@ -207,6 +205,15 @@ std::string where_of(const Config& config, std::string_view sentence) {
 
 }  // namespace
 
+const OutputPoint* OutputOptions::point(std::string_view name) const {
+  const auto place = std::find_if(points.begin(), points.end(), [&](const OutputPoint& p) { return p.name == name; });
+  return place == points.end() ? nullptr : &*place;
+}
+
+bool ReplayConfig::needs_history() const {
+  return !output.points.empty() || output.covariance || output.columns.needs_log() || !events.empty();
+}
+
 ReplayConfig read_replay_config(const std::filesystem::path& file) { return read_replay_config(Config::load(file)); }
 
 ReplayConfig read_replay_config(const Config& config) {
@@ -247,6 +254,8 @@ ReplayConfig read_replay_config(const Config& config) {
   replay.smoother = read_smoother(config);
   replay.batch = read_batch(config, replay.smoother);
   replay.rates = read_output(config);
+  replay.output = read_output_options(config, replay.smoother);
+  replay.events = read_events(config, replay.output, replay.smoother);
   replay.conditioning = {.imu = replay.imu.conditioning,
                          .imus = std::move(replay.conditioning.imus),
                          .magnetic = magnetic,

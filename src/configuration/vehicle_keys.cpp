@@ -15,8 +15,9 @@ void require_positive(const Config& map, std::string_view key, const Vector3d& s
 }
 
 // The file of a sensor of one number a row, and its `sigma` if it is stated.
-LogFile read_aid(const Config& map, const Dimension& dimension, std::string_view example) {
-  LogFile log = read_log_file(map, {LogFormat::kCsv});
+LogFile read_aid(const Config& map, const Dimension& dimension, std::string_view example,
+                 std::initializer_list<LogFormat> formats = {LogFormat::kCsv}) {
+  LogFile log = read_log_file(map, formats);
   if (!map.has("sigma")) return log;
   log.sigma = Vector3d::Constant(map.quantity("sigma", dimension));
   require_positive(map, "sigma", *log.sigma, example);
@@ -113,7 +114,8 @@ std::optional<LogFile> read_barometer(const Config& config, FilterOptions& filte
 std::optional<LogFile> read_dual_heading(const Config& config, FilterOptions& filter) {
   const auto map = config.find_map("heading");
   if (!map) return std::nullopt;
-  LogFile log = read_aid(*map, dimension::kAngle, "0.5 deg");
+  LogFile log = read_aid(*map, dimension::kAngle, "0.5 deg",
+                         {LogFormat::kCsv, LogFormat::kUbx, LogFormat::kNovatel, LogFormat::kNmea});
   DualHeadingOptions heading;
   heading.baseline = map->vector("baseline", dimension::kLength, heading.baseline);
   if (!(heading.baseline.norm() > 0)) map->fail("baseline", "two antennas stand apart, such as `1 0 0 m`");

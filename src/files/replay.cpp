@@ -2,17 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string_view>
 
+#include "files/points.h"
+#include "io/log_week.h"
+#include "math/geoid.h"
 #include "math/task_queue.h"
+#include "math/time.h"
+#include "piste/core/error.h"
+#include "points/body_motion.h"
 
 namespace piste {
 
 constexpr std::size_t kWaiting = 4;  // pieces of rows, some megabytes each
 
-RowFiles::RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother, bool in_thread)
+RowFiles::RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother, bool in_thread,
+                   std::function<RowExtras(double time)> extras)
     : output_(output),
       rates_(rates),
+      extras_(std::move(extras)),
       smoothed_(smoother == SmootherKind::kRts),
       behind_(in_thread ? std::make_unique<TaskQueue>(kWaiting) : nullptr) {}
 
@@ -24,13 +33,15 @@ RowStreams RowFiles::streams() {
           .scratch = smoothed_ ? output_.folder() : std::filesystem::path()};
 }
 
-void RowFiles::begin(const StateLayout& layout, bool smoothed) {
+void RowFiles::begin(const Solution& rows, bool smoothed) {
+  const RowExtras extras = extras_ ? extras_(rows.time(0)) : RowExtras{};
   Rows& to = solutions_[smoothed ? 1 : 0];
   constexpr std::size_t kMost = 3;
   to.files.reserve(kMost);  // the writers keep their addresses
   const auto open = [&](const std::string& name, RowFile kind, double rate) {
     OutputFile& file = to.files.emplace_back(output_.open(name));
-    to.writers.emplace_back(kind, layout, rate, [&file](std::string_view piece) { file.write(piece); });
+    to.writers.emplace_back(
+        kind, rows.layout(), rate, [&file](std::string_view piece) { file.write(piece); }, extras);
   };
   open(smoothed ? "smoothed.csv" : "filtered.csv", RowFile::kNavigation, rates_.navigation);
   open(smoothed ? "biases_smoothed.csv" : "biases.csv", RowFile::kBiases, rates_.biases);
@@ -39,7 +50,7 @@ void RowFiles::begin(const StateLayout& layout, bool smoothed) {
 
 void RowFiles::add(const Solution& rows, bool smoothed) {
   Rows& to = solutions_[smoothed ? 1 : 0];
-  if (to.files.empty()) begin(rows.layout(), smoothed);
+  if (to.files.empty()) begin(rows, smoothed);
   if (!behind_) return write(rows, smoothed);
   const auto copy = std::make_shared<Solution>(rows.layout(), rows.world());
   copy->fixed = rows.fixed;
@@ -62,7 +73,7 @@ void RowFiles::finish() {
 }
 
 void write_solutions(OutputFolder& output, const Replay& run, const OutputRates& rates,
-                     const std::function<void(double)>& progress, RowFiles* rows) {
+                     const std::function<void(double)>& progress, RowFiles* rows, const RowExtras& extras) {
   const Solution& filtered = run.filtered.solution;
   const int files = run.smoothed ? 6 : 4;
   int done = 0;
@@ -72,7 +83,8 @@ void write_solutions(OutputFolder& output, const Replay& run, const OutputRates&
   };
   const bool written = rows != nullptr && rows->begun();
   if (written) rows->finish();
-  if (!written) stream("filtered.csv", [&](const TextSink& sink) { navigation_csv(filtered, rates.navigation, sink); });
+  if (!written)
+    stream("filtered.csv", [&](const TextSink& sink) { navigation_csv(filtered, rates.navigation, sink, extras); });
   if (!written) stream("biases.csv", [&](const TextSink& sink) { biases_csv(filtered, rates.biases, sink); });
   stream("innovations.csv", [&](const TextSink& sink) { innovations_csv(filtered, sink); });
   if (filtered.adapted.names.empty()) {
@@ -81,7 +93,8 @@ void write_solutions(OutputFolder& output, const Replay& run, const OutputRates&
     output.write("adapted.csv", adapted_csv(filtered.adapted));
   }
   if (run.smoothed && !written) {
-    stream("smoothed.csv", [&](const TextSink& sink) { navigation_csv(*run.smoothed, rates.navigation, sink); });
+    stream("smoothed.csv",
+           [&](const TextSink& sink) { navigation_csv(*run.smoothed, rates.navigation, sink, extras); });
     stream("biases_smoothed.csv", [&](const TextSink& sink) { biases_csv(*run.smoothed, rates.biases, sink); });
   }
   if (!run.smoothed) {
@@ -90,6 +103,41 @@ void write_solutions(OutputFolder& output, const Replay& run, const OutputRates&
   }
   if (!written)
     stream("attitude.csv", [&](const TextSink& sink) { sink(attitude_csv(run.solution(), rates.attitude)); });
+}
+
+void write_asked(OutputFolder& output, const Replay& run, const ReplayConfig& config, const RowExtras& extras) {
+  write_points(output, run, config, extras);
+  write_events(output, run, config, extras.week);
+}
+
+std::optional<int> gps_week(const ReplayConfig& config, double time) {
+  std::vector<const LogFile*> logs{&config.imu.log};
+  for (const LogFile& log : config.gnss) logs.push_back(&log);
+  for (const LogFile& log : config.attitude) logs.push_back(&log);
+  for (const LogFile* log : logs) {
+    // The run's times count from the week in which the IMU's log begins.
+    if (const auto first = first_gps_time(*log)) {
+      return first->week + static_cast<int>(std::lround((first->seconds - time) / kWeek));
+    }
+  }
+  return config.output.week;
+}
+
+RowExtras row_extras(const ReplayConfig& config, std::optional<int> week, const Log* log) {
+  RowExtras extras = config.output.columns;
+  extras.week = week;
+  if (extras.time != RowTime::kSeconds && !week) {
+    throw DataError(config.file.string(),
+                    "`output: {time: …}` needs the GPS week, which the logs do not state; state it: `week: 2374`");
+  }
+  if (extras.sea_height && !has_geoid()) {
+    throw DataError(config.file.string(),
+                    "`output: {geoid: egm96}` needs a geoid, with which this build was not made: "
+                    "install Debian's proj-data and build anew, or run geographiclib-get-geoids "
+                    "egm96-5");
+  }
+  if (log != nullptr) extras.motion = SampleMotion(*log);
+  return extras;
 }
 
 std::string attitude_entry(const std::filesystem::path& file, const Solution& smoothed) {

@@ -202,7 +202,7 @@ void RowMeans::add(const Solution& rows) {
 }
 
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
-                         const RunTimes& times, const RowMeans* all) {
+                         const RunTimes& times, const RowMeans* all, std::optional<int> week) {
   const Solution& best = smoothed != nullptr && !smoothed->empty() ? *smoothed : filtered;
   RowMeans means;
   if (all != nullptr) {
@@ -249,6 +249,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));
   text += fmt::format("  \"estimates\": {{{}\n  }},\n{}", fmt::join(estimates, ","), fmt::join(totals, ""));
   text += fmt::format("  \"attitude_error\": {},\n", attitude_error(best.attitude_correlation_time, means));
+  if (week) text += fmt::format("  \"gps_week\": {},\n", *week);
   text += fmt::format("  \"cpu_s\": {:.3f},\n  \"wall_s\": {:.3f}\n}}\n", times.cpu, times.wall);
   return text;
 }

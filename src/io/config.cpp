@@ -64,6 +64,12 @@ bool Config::has(std::string_view key) const {
   return std::any_of(node_->entries.begin(), node_->entries.end(), [&](const auto& e) { return e.key == key; });
 }
 
+std::vector<std::string> Config::names() const {
+  std::vector<std::string> names;
+  for (const Node::Entry& e : node_->entries) names.push_back(e.key);
+  return names;
+}
+
 void Config::know(std::string_view key, std::string_view takes, std::string_view fallback) const {
   Node::Known& known = node_->know(key);
   if (std::find(known.takes.begin(), known.takes.end(), takes) == known.takes.end()) known.takes.emplace_back(takes);

@@ -128,9 +128,10 @@ bool CsvReader::next() {
   return take([this](std::size_t i) { return text_->number(i, names_[i]); });
 }
 
-CsvWriter::CsvWriter(std::vector<CsvColumn> columns, TextSink sink)
+CsvWriter::CsvWriter(std::vector<CsvColumn> columns, TextSink sink, std::string_view text_column)
     : columns_(std::move(columns)), sink_(std::move(sink)) {
   for (const CsvColumn& c : columns_) text_ += (&c == columns_.data() ? "" : ",") + c.name;
+  if (!text_column.empty()) (text_ += ',') += text_column;
   text_ += '\n';
 }
 
@@ -173,7 +174,7 @@ char* put_fixed(char* end, double value, int decimals) {
 }  // namespace
 
 // A row is written from its end to its beginning, as numbers are.
-void CsvWriter::row(std::span<const double> values) {
+void CsvWriter::row(std::span<const double> values, std::string_view text) {
   row_.resize(kLongest * columns_.size() + 1);
   char* const end = row_.data() + row_.size();
   char* p = end;
@@ -191,6 +192,10 @@ void CsvWriter::row(std::span<const double> values) {
       append_fixed(text_, values[i], columns_[i].decimals);
     }
     text_ += '\n';
+  }
+  if (!text.empty()) {
+    text_.back() = ',';
+    (text_ += text) += '\n';
   }
   if (sink_ && text_.size() > kPiece) finish();
 }

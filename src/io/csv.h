@@ -77,9 +77,10 @@ struct CsvColumn {
 /// Writes a CSV file to a sink, or keeps its text where there is none. Equal numbers give equal bytes.
 class CsvWriter {
  public:
-  explicit CsvWriter(std::vector<CsvColumn> columns, TextSink sink = {});
+  /// `text_column`: name of a last column of text, or empty.
+  explicit CsvWriter(std::vector<CsvColumn> columns, TextSink sink = {}, std::string_view text_column = {});
   /// Adds a row. @pre as many values as columns
-  void row(std::span<const double> values);
+  void row(std::span<const double> values, std::string_view text = {});
   /// Gives the remaining text to the sink.
   void finish();
   /// The whole text. Only without a sink.

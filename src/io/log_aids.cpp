@@ -9,6 +9,7 @@
 #include "core/recording.h"
 #include "io/csv.h"
 #include "io/left_out_rows.h"
+#include "io/log_formats.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
 #include "piste/math/units.h"
@@ -74,6 +75,27 @@ FixRecording<Fix> read_rows(CsvReader& csv, const LogFile& log, const AidColumns
   return recording;
 }
 
+// Of a receiver with two antennas.
+FixRecording<HeadingFix> read_receiver_heading(const LogFile& log, double sigma) {
+  FixRecording<HeadingFix> recording = log.format == LogFormat::kUbx ? log_formats::read_heading_ubx(log, sigma)
+                                       : log.format == LogFormat::kNovatel
+                                           ? log_formats::read_heading_novatel(log, sigma)
+                                           : log_formats::read_heading_nmea(log, sigma);
+  if (recording.fixes.empty()) {
+    throw DataError(log.file + ":1",
+                    "holds no heading; NAV-RELPOSNED (ubx), HEADING2A (novatel), HDT or THS (nmea) are "
+                    "read");
+  }
+  for (HeadingFix& fix : recording.fixes) {
+    if (log.sigma) fix.sigma = log.sigma->x();
+    if (!(fix.sigma > 0)) {
+      throw DataError(log.file, "a heading has no sigma above zero; `sigma: 0.5 deg` in the configuration states it");
+    }
+    if (fix.pitch && !(fix.sigma_pitch > 0 && !log.sigma)) fix.sigma_pitch = kSteeper * fix.sigma;
+  }
+  return recording;
+}
+
 }  // namespace
 
 FixRecording<SpeedFix> read_speed(const LogFile& log, double sigma, bool is_signed) {
@@ -107,6 +129,7 @@ FixRecording<HeightFix> read_height(const LogFile& log, double sigma) {
 }
 
 FixRecording<HeadingFix> read_heading(const LogFile& log, double sigma) {
+  if (log.format != LogFormat::kCsv) return read_receiver_heading(log, sigma);
   constexpr double kTurn = 360, kUpright = 90;  // deg
   constexpr std::string_view kExample = "0.5 deg";
   CsvReader csv(log);

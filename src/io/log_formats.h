@@ -26,6 +26,12 @@ GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults);
 AttitudeRecording read_attitude_columns(const LogFile& log, RowFaults* faults);
 AttitudeRecording read_attitude_inspva(const LogFile& log, RowFaults* faults);
 
+/// Headings of two antennas: NAV-RELPOSNED of ubx, HEADING2A and HEADINGA of novatel, HDT and THS of nmea. `sigma`:
+/// where the log has none.
+FixRecording<HeadingFix> read_heading_ubx(const LogFile& log, double sigma);
+FixRecording<HeadingFix> read_heading_novatel(const LogFile& log, double sigma);
+FixRecording<HeadingFix> read_heading_nmea(const LogFile& log, double sigma);
+
 /// The text between `$` and `*` of a sentence of NMEA 0183, or nothing if the line is not a sentence with a right
 /// checksum.
 std::optional<std::string_view> nmea_body(std::string_view line);

@@ -375,4 +375,39 @@ std::optional<GpsTime> first_time_nmea(const LogFile& log) {
   }
 }
 
+// HDT and THS have no time: it is that of the sentence before them that has one.
+FixRecording<HeadingFix> read_heading_nmea(const LogFile& log, double sigma) {
+  const auto first = first_day(log);
+  if (!first) throw DataError(log.file + ":1", "no RMC or ZDA states the date; let the receiver write RMC beside HDT");
+  TextReader reader(log.file, TextReader::Separator::kComma, log.content);
+  FixRecording<HeadingFix> recording{log.file, {}};
+  Calendar calendar(*first);
+  WeekTime times(log.order());
+  std::optional<double> time_of_day;
+  bool taken = true;  // the heading of this time
+  sys_days day = *first;
+  while (reader.next()) {
+    const Contents contents = read_sentence(reader);
+    if (contents.opens_epoch && contents.time_of_day && contents.time_of_day != time_of_day) {
+      time_of_day = contents.time_of_day;
+      day = calendar.pass(*time_of_day, std::nullopt);
+      taken = false;
+    }
+    const auto body = nmea_body(reader.line());
+    const std::string_view name = body ? body->substr(0, body->find(',')) : "";
+    if (taken || name.size() != 5 || (name.substr(2) != "HDT" && name.substr(2) != "THS")) continue;
+    reader.split(*body);
+    const Sentence s(reader);
+    s.require_fields(2);
+    if (s.text(1).empty() || s.text(2) == "V") continue;
+    HeadingFix fix;
+    fix.time = times.next(gps_time(day, *time_of_day, TimeSystem::kUtc), reader);
+    fix.heading = kDegree * s.number(1);
+    fix.sigma = sigma;
+    recording.fixes.push_back(fix);
+    taken = true;
+  }
+  return recording;
+}
+
 }  // namespace piste::log_formats

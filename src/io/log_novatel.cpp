@@ -228,4 +228,31 @@ ImuRecording read_imu_novatel(const LogFile& log, RowFaults* faults) {
   return imu;
 }
 
+FixRecording<HeadingFix> read_heading_novatel(const LogFile& log, double sigma) {
+  TextReader reader(log.file, TextReader::Separator::kComma, log.content);
+  FixRecording<HeadingFix> recording{log.file, {}};
+  WeekTime times(log.order());
+  while (reader.next()) {
+    const auto line = novatel_log(reader);
+    if (!line || (line->name != "HEADING2A" && line->name != "HEADINGA")) continue;
+    const GpsTime time = header_time(reader, *line);
+    reader.split(line->body);
+    constexpr std::size_t kLeast = 8;
+    if (reader.fields().size() < kLeast) {
+      reader.fail(fmt::format("{} fields in {}; is the line cut?", reader.fields().size(), line->name),
+                  RowFault::Kind::kFields);
+    }
+    if (reader.fields()[0] != "SOL_COMPUTED") continue;
+    HeadingFix fix;
+    fix.time = times.next(time, reader);
+    fix.heading = kDegree * reader.number(3);
+    fix.pitch = kDegree * reader.number(4);
+    const double stated = kDegree * reader.number(6);
+    fix.sigma = stated > 0 ? stated : sigma;
+    fix.sigma_pitch = kDegree * reader.number(7);
+    recording.fixes.push_back(fix);
+  }
+  return recording;
+}
+
 }  // namespace piste::log_formats

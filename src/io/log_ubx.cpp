@@ -266,4 +266,41 @@ std::vector<GpsTime> ubx_marks(const LogFile& log) {
   return marks;
 }
 
+// NAV-RELPOSNED, version 1 (u-blox F9 interface description, 3.15.13): the baseline from the reference antenna to the
+// rover's. Frames without a valid heading are no headings.
+FixRecording<HeadingFix> read_heading_ubx(const LogFile& log, double sigma) {
+  constexpr std::size_t kSize = 64;
+  constexpr double kHundredThousandth = 1e-5 * kDegree, kCentimetre = 0.01, kTenthMillimetre = 1e-4;
+  FrameReader reader(log);
+  FixRecording<HeadingFix> recording{log.file, {}};
+  IncreasingTime increasing(log.order());
+  while (reader.next()) {
+    if (!reader.is(0x01, 0x3c)) continue;
+    const std::string_view bytes = reader.payload();
+    if (bytes.size() != kSize) {
+      reader.fail(fmt::format("NAV-RELPOSNED of {} bytes; {} are expected, of generation 9", bytes.size(), kSize),
+                  RowFault::Kind::kFields);
+    }
+    constexpr std::uint32_t kFixOk = 1, kHeadingValid = 1 << 8;
+    const auto flags = number_at<std::uint32_t>(bytes, 60);
+    if ((flags & kFixOk) == 0 || (flags & kHeadingValid) == 0) continue;
+    const auto along = [&](std::size_t axis) {  // centimetres, and their high-precision part
+      return kCentimetre * number_at<std::int32_t>(bytes, 8 + 4 * axis) +
+             kTenthMillimetre * number_at<std::int8_t>(bytes, 32 + axis);
+    };
+    const Vector3d baseline(along(0), along(1), along(2));
+    HeadingFix fix;
+    fix.time = increasing.next(1e-3 * number_at<std::uint32_t>(bytes, 4), reader);
+    fix.heading = kHundredThousandth * number_at<std::int32_t>(bytes, 24);
+    const auto stated = number_at<std::uint32_t>(bytes, 52);
+    fix.sigma = stated > 0 ? kHundredThousandth * stated : sigma;
+    if (baseline.norm() > 0) {
+      fix.pitch = std::atan2(-baseline.z(), std::hypot(baseline.x(), baseline.y()));
+      fix.sigma_pitch = kTenthMillimetre * number_at<std::uint32_t>(bytes, 44) / baseline.norm();
+    }
+    recording.fixes.push_back(fix);
+  }
+  return recording;
+}
+
 }  // namespace piste::log_formats

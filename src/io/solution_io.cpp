@@ -3,11 +3,15 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <GeographicLib/Geocentric.hpp>
+#include <GeographicLib/UTMUPS.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "io/csv.h"
+#include "math/geoid.h"
+#include "math/gps_time.h"
 #include "piste/math/units.h"
 #include "quantity.h"
 
@@ -55,11 +59,43 @@ struct BiasRow {
   }
 };
 
+// The columns of RowExtras.
+class ExtraColumns {
+ public:
+  ExtraColumns(const RowExtras& extras) : extras_(extras) {}
+  std::vector<CsvColumn> extras() const;
+  void fill(const World& world, double time, const Navigation& n, const Estimate* x, std::span<double> row);
+  bool needs_estimate() const { return extras_.needs_log(); }
+  // time_utc is text, and stands last.
+  std::string_view text_column() const { return extras_.time == RowTime::kUtc ? "time_utc" : ""; }
+  std::string text(std::span<const double> row) const {
+    return extras_.time == RowTime::kUtc ? utc_text({*extras_.week, row[0]}) : "";
+  }
+
+ private:
+  RowExtras extras_;
+  std::optional<int> zone_ = {};  // of UTM
+};
+
 }  // namespace row_csv
+
+std::vector<std::size_t> rows_at_rate(const Solution& solution, double rate) {
+  std::vector<std::size_t> rows;
+  row_csv::AtRate at(rate);
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    if (at.all()) {
+      rows.push_back(i);
+    } else if (at.next(solution.time(i))) {
+      rows.push_back(i - 1);
+    }
+  }
+  if (!at.all() && at.last()) rows.push_back(solution.size() - 1);
+  return rows;
+}
 
 namespace {
 
-using row_csv::AtRate, row_csv::BiasRow;
+using row_csv::AtRate, row_csv::BiasRow, row_csv::ExtraColumns;
 
 constexpr int kTimeDecimals = 6, kDegreeDecimals = 7;
 
@@ -85,19 +121,7 @@ void add_columns(std::vector<CsvColumn>& columns, const Quantity& q, std::string
   }
 }
 
-std::vector<std::size_t> rows_at(const Solution& solution, double rate) {
-  std::vector<std::size_t> rows;
-  AtRate at(rate);
-  for (std::size_t i = 0; i < solution.size(); ++i) {
-    if (at.all()) {
-      rows.push_back(i);
-    } else if (at.next(solution.time(i))) {
-      rows.push_back(i - 1);
-    }
-  }
-  if (!at.all() && at.last()) rows.push_back(solution.size() - 1);
-  return rows;
-}
+std::vector<std::size_t> rows_at(const Solution& solution, double rate) { return rows_at_rate(solution, rate); }
 
 std::vector<CsvColumn> navigation_columns() {
   constexpr int kMetres = 5, kDegrees = kDegreeDecimals, kPlace = 10;
@@ -122,11 +146,16 @@ std::vector<CsvColumn> navigation_columns() {
           {"sigma_heading_deg", kDegrees}};
 }
 
-void navigation_row(const Solution& solution, std::size_t i, std::span<double> row) {
-  const Navigation n = solution.navigation(i);
-  const NavigationSigmas s = solution.navigation_sigmas(i);
-  double* out = row.data();
-  *out++ = solution.time(i);
+constexpr std::size_t kNavigationColumns = 19;
+
+std::vector<CsvColumn> with_extras(std::vector<CsvColumn> columns, const std::vector<CsvColumn>& extras) {
+  columns.insert(columns.end(), extras.begin(), extras.end());
+  return columns;
+}
+
+void navigation_row(double time, const Navigation& n, const NavigationSigmas& s, std::span<double> row) {
+  double* out = row.data();  // kNavigationColumns values
+  *out++ = time;
   *out++ = kDegreesPerRadian * n.position.latitude;
   *out++ = kDegreesPerRadian * n.position.longitude;
   *out++ = n.position.height;
@@ -134,6 +163,10 @@ void navigation_row(const Solution& solution, std::size_t i, std::span<double> r
                             Vector3d(kDegreesPerRadian * s.euler)}) {
     out = std::copy_n(v.data(), 3, out);
   }
+}
+
+void navigation_row(const Solution& solution, std::size_t i, std::span<double> row) {
+  navigation_row(solution.time(i), solution.navigation(i), solution.navigation_sigmas(i), row);
 }
 
 std::vector<CsvColumn> bias_columns(const std::vector<Quantity>& quantities) {
@@ -187,31 +220,121 @@ std::string text_of(Write&& write) {
 
 }  // namespace
 
+namespace row_csv {
+
+namespace {
+
+void add_three(std::vector<CsvColumn>& columns, std::string_view before, std::array<std::string_view, 3> axes,
+               std::string_view unit, int decimals) {
+  for (const std::string_view axis : axes) columns.push_back({fmt::format("{}{}{}", before, axis, unit), decimals});
+}
+
+}  // namespace
+
+std::vector<CsvColumn> ExtraColumns::extras() const {
+  constexpr int kMetres = 5, kRates = 6;
+  constexpr std::array<std::string_view, 3> kXyz{"x", "y", "z"}, kNed{"north", "east", "down"};
+  std::vector<CsvColumn> columns;
+  if (extras_.sea_height) columns.push_back({"height_sea_m", kMetres});
+  if (extras_.enu) add_three(columns, "", {"east", "north", "up"}, "_m", kMetres);
+  if (extras_.ecef) add_three(columns, "ecef_", kXyz, "_m", kMetres);
+  if (extras_.utm) {
+    columns.insert(columns.end(), {{"utm_easting_m", kMetres}, {"utm_northing_m", kMetres}, {"utm_zone", 0}});
+  }
+  if (extras_.speed) columns.insert(columns.end(), {{"speed_m_s", kMetres}, {"course_deg", kMetres}});
+  if (extras_.acceleration) add_three(columns, "acceleration_", kNed, "_m_s2", kMetres);
+  if (extras_.rates) {
+    add_three(columns, "rate_", kXyz, "_deg_s", kRates);
+    add_three(columns, "force_", kXyz, "_m_s2", kRates);
+  }
+  if (extras_.time == RowTime::kGpsWeek) columns.push_back({"gps_week", 0});
+  if (extras_.time == RowTime::kUnix) columns.push_back({"time_unix_s", kTimeDecimals});
+  return columns;
+}
+
+// `x`: of the body, for what its motion gives.
+void ExtraColumns::fill(const World& world, double time, const Navigation& n, const Estimate* x,
+                        std::span<double> row) {
+  if (row.empty()) return;
+  double* out = row.data();
+  const auto put = [&out](const Vector3d& v) { out = std::copy_n(v.data(), 3, out); };
+  if (extras_.sea_height) *out++ = n.position.height - geoid_undulation(n.position);
+  if (extras_.enu) {
+    const Vector3d p = world.from_geodetic(n.position);
+    put({p.y(), p.x(), -p.z()});
+  }
+  if (extras_.ecef) {
+    Vector3d p;
+    GeographicLib::Geocentric::WGS84().Forward(kDegreesPerRadian * n.position.latitude,
+                                               kDegreesPerRadian * n.position.longitude, n.position.height, p.x(),
+                                               p.y(), p.z());
+    put(p);
+  }
+  if (extras_.utm) {
+    int zone = 0;
+    bool north = true;
+    double easting = 0, northing = 0;
+    const int asked = zone_ ? std::abs(*zone_) : static_cast<int>(GeographicLib::UTMUPS::STANDARD);
+    GeographicLib::UTMUPS::Forward(kDegreesPerRadian * n.position.latitude, kDegreesPerRadian * n.position.longitude,
+                                   zone, north, easting, northing, asked);
+    zone_ = north ? zone : -zone;
+    put({easting, northing, static_cast<double>(*zone_)});
+  }
+  if (extras_.speed) {
+    *out++ = std::hypot(n.velocity.x(), n.velocity.y());
+    const double course = kDegreesPerRadian * std::atan2(n.velocity.y(), n.velocity.x());
+    *out++ = course < 0 ? course + 360 : course;
+  }
+  if (extras_.needs_log()) {
+    const auto [rate, force] = extras_.motion(time, *x);
+    if (extras_.acceleration) {
+      const Vector3d gravity = world.gravity(x->p_wb).value;
+      put(world.rotation_wn(x->p_wb).transpose() *
+          (x->R_wb() * force + gravity - 2 * world.earth_rate().cross(x->v_wb)));
+    }
+    if (extras_.rates) {
+      put(kDegreesPerRadian * rate);
+      put(force);
+    }
+  }
+  if (extras_.time == RowTime::kGpsWeek) *out++ = *extras_.week;
+  if (extras_.time == RowTime::kUnix) *out++ = unix_time({*extras_.week, time});
+}
+
+}  // namespace row_csv
+
 struct RowCsv::Writer {
-  Writer(RowFile file, const StateLayout& layout, double rate, TextSink sink)
+  Writer(RowFile file, const StateLayout& layout, double rate, TextSink sink, const RowExtras& more)
       : kind(file),
         biases{quantities_of(layout)},
-        columns(file == RowFile::kNavigation ? navigation_columns()
+        extras(file == RowFile::kNavigation ? more : RowExtras{}),
+        columns(file == RowFile::kNavigation ? with_extras(navigation_columns(), extras.extras())
                 : file == RowFile::kBiases   ? bias_columns(biases.quantities)
                                              : attitude_columns()),
         at(rate),
         row(columns.size()),
         waiting(columns.size()),
-        csv(columns, std::move(sink)) {}
+        csv(columns, std::move(sink), extras.text_column()) {}
 
   void fill(const Solution& rows, std::size_t i, std::span<double> to) const {
     switch (kind) {
       case RowFile::kNavigation:
-        return navigation_row(rows, i, to);
+        navigation_row(rows, i, to);
+        return fill_extras(rows, i, to.subspan(kNavigationColumns));
       case RowFile::kBiases:
         return biases(rows, i, to);
       case RowFile::kAttitude:
         return attitude_row(rows, i, to);
     }
   }
+  void fill_extras(const Solution& rows, std::size_t i, std::span<double> to) const {
+    if (to.empty()) return;
+    const Estimate x = extras.needs_estimate() ? rows.estimate(i) : Estimate{};
+    extras.fill(rows.world(), rows.time(i), rows.navigation(i), &x, to);
+  }
   void write(const Solution& rows, std::size_t i) {
     fill(rows, i, row);
-    csv.row(row);
+    csv.row(row, extras.text(row));
   }
 
   void add(const Solution& rows) {
@@ -222,7 +345,7 @@ struct RowCsv::Writer {
         if (i > 0) {
           write(rows, i - 1);
         } else {
-          csv.row(waiting);
+          csv.row(waiting, extras.text(waiting));
         }
       }
     }
@@ -231,20 +354,44 @@ struct RowCsv::Writer {
   }
 
   void finish() {
-    if (!at.all() && at.last()) csv.row(waiting);
+    if (!at.all() && at.last()) csv.row(waiting, extras.text(waiting));
     csv.finish();
   }
 
   RowFile kind;
   BiasRow biases;
+  mutable ExtraColumns extras;  // remembers a zone
   std::vector<CsvColumn> columns;
   AtRate at;
   std::vector<double> row, waiting;  // `waiting`: the last row so far
   CsvWriter csv;
 };
 
-RowCsv::RowCsv(RowFile kind, const StateLayout& layout, double rate, TextSink sink)
-    : writer_(std::make_unique<Writer>(kind, layout, rate, std::move(sink))) {}
+struct PlaceCsv::Writer {
+  Writer(const RowExtras& more, World of, TextSink sink)
+      : extras(more),
+        world(std::move(of)),
+        row(with_extras(navigation_columns(), extras.extras()).size()),
+        csv(with_extras(navigation_columns(), extras.extras()), std::move(sink), extras.text_column()) {}
+  row_csv::ExtraColumns extras;
+  World world;
+  std::vector<double> row;
+  CsvWriter csv;
+};
+
+PlaceCsv::PlaceCsv(const RowExtras& extras, const World& world, TextSink sink)
+    : writer_(std::make_unique<Writer>(extras, world, std::move(sink))) {}
+PlaceCsv::~PlaceCsv() = default;
+void PlaceCsv::add(double time, const Navigation& n, const NavigationSigmas& sigmas) {
+  std::vector<double>& row = writer_->row;
+  navigation_row(time, n, sigmas, row);
+  writer_->extras.fill(writer_->world, time, n, nullptr, std::span(row).subspan(kNavigationColumns));
+  writer_->csv.row(row, writer_->extras.text(row));
+}
+void PlaceCsv::finish() { writer_->csv.finish(); }
+
+RowCsv::RowCsv(RowFile kind, const StateLayout& layout, double rate, TextSink sink, const RowExtras& extras)
+    : writer_(std::make_unique<Writer>(kind, layout, rate, std::move(sink), extras)) {}
 RowCsv::~RowCsv() = default;
 RowCsv::RowCsv(RowCsv&&) noexcept = default;
 RowCsv& RowCsv::operator=(RowCsv&&) noexcept = default;
@@ -253,8 +400,9 @@ void RowCsv::finish() { writer_->finish(); }
 
 namespace {
 
-void write_rows(RowFile kind, const Solution& solution, double rate, const TextSink& sink) {
-  RowCsv csv(kind, solution.layout(), rate, sink);
+void write_rows(RowFile kind, const Solution& solution, double rate, const TextSink& sink,
+                const RowExtras& extras = {}) {
+  RowCsv csv(kind, solution.layout(), rate, sink, extras);
   csv.add(solution);
   csv.finish();
 }
@@ -273,12 +421,13 @@ std::string innovations_csv(const Solution& solution) {
   return text_of([&](const TextSink& sink) { innovations_csv(solution, sink); });
 }
 
-void navigation_csv(const Solution& solution, double rate, const TextSink& sink) {
-  write_rows(RowFile::kNavigation, solution, rate, sink);
+void navigation_csv(const Solution& solution, double rate, const TextSink& sink, const RowExtras& extras) {
+  write_rows(RowFile::kNavigation, solution, rate, sink, extras);
 }
 
 NumberTable navigation_table(const Solution& solution, double rate) {
-  return table_of(navigation_columns(), solution, rate, navigation_row);
+  return table_of(navigation_columns(), solution, rate,
+                  [](const Solution& rows, std::size_t i, std::span<double> row) { navigation_row(rows, i, row); });
 }
 
 AttitudeRecording attitude_recording(const Solution& solution, double rate) {

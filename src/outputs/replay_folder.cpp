@@ -32,14 +32,17 @@ std::string replay_page(const ReplayConfig& config, const Replay& run, const Ver
 void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
                   const std::function<RunTimes()>& times, const std::function<void(double)>& progress, RowFiles* rows) {
   std::string map, page;
-  const std::array<std::function<void()>, 3> parts{[&] { write_solutions(output, run, config.rates, progress, rows); },
-                                                   [&] { page = replay_page(config, run, verdict); },
-                                                   [&] { map = kml(run.solution(), title_of(config)); }};
+  const std::optional<int> week = gps_week(config, run.log.imu.front().time);
+  const RowExtras extras = row_extras(config, week, &run.log);
+  const std::array<std::function<void()>, 3> parts{
+      [&] { write_solutions(output, run, config.rates, progress, rows, extras); },
+      [&] { page = replay_page(config, run, verdict); }, [&] { map = kml(run.solution(), title_of(config), week); }};
   for_each_parallel(parts.size(), parts.size(), [&](std::size_t i) { parts[i](); });
+  write_asked(output, run, config, extras);
   output.write("trajectory.kml", map);
   output.write("report.html", page);
   output.write("summary.json", summary_json(run.log, run.filtered.solution, smoothed_of(run), verdict, times(),
-                                            rows != nullptr && rows->begun() ? &rows->means() : nullptr));
+                                            rows != nullptr && rows->begun() ? &rows->means() : nullptr, week));
 }
 
 }  // namespace piste

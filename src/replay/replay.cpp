@@ -99,7 +99,7 @@ ReplayOptions replay_options(const ReplayConfig& config) {
           .filter = config.filter,
           .heading = config.initial,
           .smoother = config.smoother,
-          .history = false};
+          .history = config.needs_history()};
 }
 
 Replay replay(const ReplayConfig& config, const ReplayProgress& progress, const BatchSolver& batch,

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <vector>
 
+#include "math/geoid.h"
+#include "math/gps_time.h"
 #include "piste/math/units.h"
 #include "plot/markup.h"
 #include "plot/thin.h"
@@ -13,10 +15,25 @@
 namespace piste {
 namespace {
 
-std::string coordinates(const Solution& solution, std::size_t i) {
+std::string coordinates(const Solution& solution, std::size_t i, char separator = ',') {
   const Geodetic place = solution.world().to_geodetic(solution.position(i));
-  return fmt::format("{:.9f},{:.9f},{:.3f}", place.longitude * kDegreesPerRadian, place.latitude * kDegreesPerRadian,
-                     place.height);
+  const double height = has_geoid() ? place.height - geoid_undulation(place) : place.height;
+  return fmt::format("{1:.9f}{0}{2:.9f}{0}{3:.3f}", separator, place.longitude * kDegreesPerRadian,
+                     place.latitude * kDegreesPerRadian, height);
+}
+
+// The track with times, or the line without.
+std::string track(const Solution& solution, const std::vector<std::size_t>& rows, std::optional<int> week) {
+  std::string out;
+  if (!week) {
+    out += "<LineString><altitudeMode>absolute</altitudeMode><coordinates>\n";
+    for (const std::size_t i : rows) out += coordinates(solution, i) + '\n';
+    return out + "</coordinates></LineString>";
+  }
+  out += "<gx:Track><altitudeMode>absolute</altitudeMode>\n";
+  for (const std::size_t i : rows) out += fmt::format("<when>{}</when>\n", utc_text({*week, solution.time(i)}));
+  for (const std::size_t i : rows) out += fmt::format("<gx:coord>{}</gx:coord>\n", coordinates(solution, i, ' '));
+  return out + "</gx:Track>";
 }
 
 std::string placemark(const Solution& solution, std::size_t i, const char* name) {
@@ -35,23 +52,20 @@ constexpr std::string_view kStyles =
 
 }  // namespace
 
-std::string kml(const Solution& solution, const std::string& name, std::size_t limit) {
+std::string kml(const Solution& solution, const std::string& name, std::optional<int> week, std::size_t limit) {
   std::string out = fmt::format(
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\">\n<Document>\n"
-      "  <name>{}</name>\n  <description>Heights are above the WGS84 ellipsoid, not above the sea.</description>\n{}",
-      escape_markup(name), kStyles);
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml xmlns=\"http://www.opengis.net/kml/2.2\" "
+      "xmlns:gx=\"http://www.google.com/kml/ext/2.2\">\n<Document>\n  <name>{}</name>\n  <description>Heights are "
+      "above the {}.</description>\n{}",
+      escape_markup(name), has_geoid() ? "sea (EGM96)" : "WGS84 ellipsoid, not above the sea", kStyles);
   if (!solution.empty()) {
     std::array<std::vector<double>, 3> columns;
     for (std::size_t i = 0; i < solution.size(); ++i) {
       const Vector3d p = solution.position(i);
       for (std::size_t axis = 0; axis < 3; ++axis) columns[axis].push_back(p[static_cast<Eigen::Index>(axis)]);
     }
-    out += fmt::format(
-        "  <Placemark><name>{}</name><styleUrl>#track</styleUrl><LineString>"
-        "<altitudeMode>absolute</altitudeMode><coordinates>\n",
-        escape_markup(name));
-    for (const std::size_t i : thin(columns, limit)) out += coordinates(solution, i) + '\n';
-    out += "</coordinates></LineString></Placemark>\n";
+    out += fmt::format("  <Placemark><name>{}</name><styleUrl>#track</styleUrl>{}</Placemark>\n", escape_markup(name),
+                       track(solution, thin(columns, limit), week));
     out += placemark(solution, 0, "start");
     out += placemark(solution, solution.size() - 1, "end");
   }

@@ -93,6 +93,17 @@ class BackwardPass {
     M.middleRows<3>(kAttitude).diagonal().array() += 1;
     traced_.rightCols<3>() = M * at_row_->turn.transpose();
   }
+  /// The same of one number, a · e_j: the column M_j a is propagated. The row before the smoother's reset is meant.
+  void trace(const FilterState& state, const Eigen::VectorXd& a) {
+    arrive();
+    parts_.find_constants(state.P, state.mean, lambda_, Lambda_);
+    const Eigen::Index columns = traced_.cols();
+    traced_.conservativeResize(layout_.size(), columns + 1);
+    traced_.rightCols<1>() = a - Lambda_ * (state.P * a);
+  }
+  /// E[e e_jᵀ] a_j of the error at the epoch of the last seen() and of each trace(), in the order of the calls.
+  Eigen::MatrixXd lagged_numbers(const Covariance& P) const { return P * traced_here(); }
+
   /// E[θ θ_jᵀ] of the attitude's errors at the epoch of the last seen() and at those of trace(), in the order of the
   /// calls.
   Eigen::Matrix3Xd lagged(const Covariance& P) const {

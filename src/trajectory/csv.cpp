@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
+#include <filesystem>
 
 #include "piste/math/units.h"
 #include "trajectory/formats.h"
@@ -29,6 +31,35 @@ const std::array<std::string, 3> kVelocity{"velocity_north_m_s", "velocity_east_
     kSigmaVelocity{"sigma_velocity_north_m_s", "sigma_velocity_east_m_s", "sigma_velocity_down_m_s"},
     kSigmaAngles{"sigma_roll_deg", "sigma_pitch_deg", "sigma_heading_deg"};
 
+// The upper triangles of covariance_STEM.csv beside STEM.csv, if it is there and of the same rows.
+void add_covariances(Trajectory& track, const std::filesystem::path& file) {
+  const std::filesystem::path beside = file.parent_path() / ("covariance_" + file.filename().string());
+  if (!std::filesystem::exists(beside)) return;
+  CsvReader csv(beside.string());
+  const auto time = csv.column("time_s");
+  std::vector<std::size_t> columns;
+  for (const std::string& name : csv.names()) {
+    if (name.starts_with("covariance_")) columns.push_back(csv.column(name));
+  }
+  RowFaults skipped;
+  csv.finish_header(&skipped);
+  constexpr std::size_t kTriangle = 45;
+  if (columns.size() != kTriangle) csv.fail("45 columns of covariances are expected");
+  std::vector<Eigen::Matrix<double, 9, 9>> all;
+  constexpr double kSameTime = 1e-6;
+  while (csv.next()) {
+    if (all.size() >= track.size() || std::abs(csv[time] - track.time[all.size()]) > kSameTime) return;
+    Eigen::Matrix<double, 9, 9>& P = all.emplace_back();
+    std::size_t next = 0;
+    for (int i = 0; i < 9; ++i) {
+      for (int k = i; k < 9; ++k) {
+        P(i, k) = P(k, i) = csv[columns[next++]] * (i < 6 ? 1 : kDegree) * (k < 6 ? 1 : kDegree);
+      }
+    }
+  }
+  if (all.size() == track.size()) track.covariance = std::move(all);
+}
+
 }  // namespace
 
 bool is_csv(const FileStart& start) { return start.commas && start.first_row.find("time_s") != std::string_view::npos; }
@@ -52,6 +83,7 @@ Trajectory read_csv(const std::string& file) {
     if (sigma_velocity) track.sigma_velocity.push_back(three(csv, sigma_velocity));
     if (sigma_angles) track.sigma_euler.emplace_back(kDegree * three(csv, sigma_angles));
   }
+  add_covariances(track, file);
   return track;
 }
 

@@ -18,12 +18,13 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloors = {
-    {"math", 1},    {"core", 2},       {"model", 3},     {"io", 3},       {"condition", 3},   {"plot", 3},
-    {"columns", 4}, {"allan", 4},      {"fit", 4},       {"walker", 4},   {"consistency", 4}, {"configuration", 4},
-    {"filter", 5},  {"trajectory", 5}, {"sim", 5},       {"smoother", 6}, {"start", 7},       {"live", 8},
-    {"inspect", 8}, {"tune", 8},       {"align", 8},     {"batch", 8},    {"replay", 9},      {"diagnosis", 9},
-    {"trial", 10},  {"study", 10},     {"evaluate", 10}, {"search", 10},  {"recordings", 11}, {"exports", 12},
-    {"files", 12},  {"report", 12},    {"outputs", 13},  {"piste.h", 14}, {"batch.h", 14},    {"apps", 15}};
+    {"math", 1},        {"core", 2},       {"model", 3},     {"io", 3},       {"condition", 3},   {"plot", 3},
+    {"columns", 4},     {"allan", 4},      {"fit", 4},       {"walker", 4},   {"consistency", 4}, {"configuration", 4},
+    {"filter", 5},      {"trajectory", 5}, {"sim", 5},       {"smoother", 6}, {"start", 7},       {"live", 8},
+    {"inspect", 8},     {"tune", 8},       {"align", 8},     {"batch", 8},    {"replay", 9},      {"diagnosis", 9},
+    {"trial", 10},      {"study", 10},     {"evaluate", 10}, {"points", 10},  {"descents", 11},   {"search", 10},
+    {"recordings", 11}, {"exports", 12},   {"files", 12},    {"report", 12},  {"outputs", 13},    {"piste.h", 14},
+    {"batch.h", 14},    {"apps", 15}};
 
 /// First part of `model/imu_errors.h`.
 std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }

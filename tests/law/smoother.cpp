@@ -10,6 +10,7 @@
 #include "filter/filter_walk.h"
 #include "math/linear_algebra.h"
 #include "piste/smoother/rts.h"
+#include "smoother/lagged_errors.h"
 #include "support/synthetic_log.h"
 
 namespace piste {
@@ -127,6 +128,10 @@ class Batch {
     return e.A * solution_.head(e.A.cols()) + e.offset;
   }
   Covariance covariance(std::size_t i) const { return of_both(epochs_[i].A, epochs_[i].A); }
+  /// E[(a · e_i) (b · e_j)] of the errors at two epochs.
+  double covariance(std::size_t i, const VectorXd& a, std::size_t j, const VectorXd& b) const {
+    return a.dot(of_both(epochs_[i].A, epochs_[j].A) * b);
+  }
   /// E[θ_i θ_jᵀ] of the attitude at two epochs.
   Matrix3d attitude_covariance(std::size_t i, std::size_t j) const {
     const int a = layout_.offset(Block::kAttitude);
@@ -265,6 +270,39 @@ TEST_P(Smoother, AttitudeErrorsGoTogetherAsInTheDenseBatchSolution) {
   }
   EXPECT_GT(longest, 0.45);
   EXPECT_LT(weakest, 0.999) << "all errors were the same one";
+}
+
+// Of positions along several directions, as the times of crossings need them.
+TEST_P(Smoother, NumbersOfTheErrorGoTogetherAsInTheDenseBatchSolution) {
+  SyntheticRun s = test::synthetic_run(0.5, GetParam());
+  s.options.behaviour.rest.interval = 0.1;
+  const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
+  const StateLayout& layout = run.solution.layout();
+  const Batch batch(s, layout);
+  std::vector<ErrorNumber> numbers;
+  const std::vector<std::size_t> rows{0, 3, 3, 17, 18, 30, batch.size() - 1};
+  for (const std::size_t row : rows) {
+    VectorXd a = VectorXd::Zero(layout.size());
+    a.head<3>() = Vector3d(1, 0.1 * static_cast<double>(numbers.size()), -0.3);
+    numbers.push_back({row, a});
+  }
+  const std::vector<std::size_t> early{0, 1, 3, 4};
+  const MatrixXd is = lagged_covariances(run, numbers, early);
+  const std::vector<double> alone = variances(run, numbers);
+  const auto expected = [&](std::size_t i, std::size_t j) {
+    return batch.covariance(numbers[i].row, numbers[i].a, numbers[j].row, numbers[j].a);
+  };
+  for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_NEAR(alone[i], expected(i, i), 1e-6 * expected(i, i));
+  double weakest = 1;
+  for (std::size_t k = 0; k < early.size(); ++k) {
+    for (std::size_t j = early[k]; j < numbers.size(); ++j) {
+      const double scale = std::sqrt(expected(early[k], early[k]) * expected(j, j)), right = expected(early[k], j);
+      EXPECT_NEAR(is(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(j)), right, 1e-6 * scale)
+          << early[k] << " and " << j;
+      weakest = std::min(weakest, right / scale);
+    }
+  }
+  EXPECT_LT(weakest, 0.99) << "all errors were the same one";
 }
 
 TEST_P(Smoother, IsNeverLessSureThanTheFilterAndEndsWithIt) {

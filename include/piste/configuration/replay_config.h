@@ -8,6 +8,8 @@
 
 #include "piste/configuration/imu_source.h"
 #include "piste/core/options.h"
+#include "piste/io/marks.h"
+#include "piste/io/solution_io.h"
 
 namespace piste {
 
@@ -16,6 +18,32 @@ struct OutputRates {
   double navigation = 0;  ///< of filtered.csv and smoothed.csv
   double biases = 10;     ///< of biases.csv and biases_smoothed.csv
   double attitude = 10;   ///< of attitude.csv
+};
+
+/// A named point of the body, with axes of its own.
+struct OutputPoint {
+  std::string name;
+  Vector3d lever_arm = Vector3d::Zero();       ///< p_bp_b, from the IMU to it, in b
+  Quaterniond q_bp = Quaterniond::Identity();  ///< turns components along its axes into b
+};
+
+/// What the files of a replay have besides the usual.
+struct OutputOptions {
+  RowExtras columns;                     ///< further columns of filtered.csv and smoothed.csv; without week and motion
+  std::vector<OutputPoint> points = {};  ///< `smoothed_NAME.csv` of each
+  bool covariance = false;               ///< `covariance_smoothed.csv`
+  std::optional<int> week = std::nullopt;  ///< GPS week that the user states
+
+  /// The point of that name; null if there is none.
+  const OutputPoint* point(std::string_view name) const;
+};
+
+/// A file of marks, such as the shutter of a camera.
+struct EventSource {
+  MarkFile marks;
+  double offset = 0, drift = 0;  ///< of their clock: instant = t − offset − drift · (t − first t) + delay
+  double delay = 0;              ///< from the mark to what it marks [s]
+  std::string at = {};           ///< name of the point, or empty: the IMU
 };
 
 /// The configuration.
@@ -35,6 +63,11 @@ struct ReplayConfig {
   SmootherKind smoother = SmootherKind::kRts;
   BatchOptions batch;
   OutputRates rates;
+  OutputOptions output = {};
+  std::vector<EventSource> events = {};
+
+  /// Whether outputs need the whole covariances of rows, so that rows are not streamed and the history is kept.
+  bool needs_history() const;
 };
 
 /// Reads and checks the configuration. Of the data files it only checks that they are there. The keys are

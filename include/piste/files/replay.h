@@ -23,7 +23,9 @@ class TaskQueue;
 /// is false.
 class RowFiles {
  public:
-  RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother, bool in_thread = true);
+  /// `extras`: returns the further columns of filtered.csv and smoothed.csv, for a run that has a row of this time.
+  RowFiles(OutputFolder& output, const OutputRates& rates, SmootherKind smoother, bool in_thread = true,
+           std::function<RowExtras(double time)> extras = {});
   ~RowFiles();
   /// The streams from a replay into these files, which must outlive it, with its scratch in the output folder.
   RowStreams streams();
@@ -41,9 +43,10 @@ class RowFiles {
   };
   void add(const Solution& rows, bool smoothed);
   void write(const Solution& rows, bool smoothed);
-  void begin(const StateLayout& layout, bool smoothed);
+  void begin(const Solution& rows, bool smoothed);
   OutputFolder& output_;
   OutputRates rates_;
+  std::function<RowExtras(double time)> extras_;
   bool smoothed_;
   RowMeans means_;
   std::array<Rows, 2> solutions_;  // filtered and smoothed
@@ -56,7 +59,18 @@ class RowFiles {
 /// commit(). `progress` gets the fraction that is written. `rows`: the object that has written the files of rows
 /// already. Throws Error if a file cannot be written.
 void write_solutions(OutputFolder& output, const Replay& run, const OutputRates& rates,
-                     const std::function<void(double)>& progress = {}, RowFiles* rows = nullptr);
+                     const std::function<void(double)>& progress = {}, RowFiles* rows = nullptr,
+                     const RowExtras& extras = {});
+
+/// Writes what the configuration asks for besides: the files of points, whole covariances, and events. Throws DataError
+/// if a mark lies outside the run. @pre the run has its histories if config.needs_history()
+void write_asked(OutputFolder& output, const Replay& run, const ReplayConfig& config, const RowExtras& extras);
+
+/// The GPS week of the run's times, as its logs state it, or else the configuration. `time`: one of the run.
+std::optional<int> gps_week(const ReplayConfig& config, double time);
+
+/// The further columns of the run's rows. Throws DataError if they need a week that is not known.
+RowExtras row_extras(const ReplayConfig& config, std::optional<int> week, const Log* log = nullptr);
 
 /// A sentence with the configuration entry by which another replay uses `file`, the `attitude.csv` of a smoothed
 /// solution, as a reference attitude.

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "piste/consistency/verdict.h"
@@ -45,10 +46,12 @@ class RowMeans {
 ///   known; `nis` is null if there were too few fixes. `jumps` of the constants with the largest deviations from their
 ///   priors, in prior sigmas.
 ///
+///  - `gps_week`: of the run's times, if it is known.
+///
 /// Everything except `cpu_s` and `wall_s` is the same at every replay.
 ///
 /// `means`: over all rows, if `filtered` has only a part of them; null: `filtered` has all rows.
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
-                         const RunTimes& times, const RowMeans* means = nullptr);
+                         const RunTimes& times, const RowMeans* means = nullptr, std::optional<int> week = {});
 
 }  // namespace piste

@@ -54,6 +54,8 @@ class Config {
   bool is_map(std::string_view key) const;
   /// Whether the key is there and has a single value, not a map or a list.
   bool is_scalar(std::string_view key) const;
+  /// The names of all keys that are there. This does not count as reading them.
+  std::vector<std::string> names() const;
 
   /// The map at `key`; the same, or nothing if the key is missing; the maps of a list at `key`. A single map counts as
   /// a list of one, and a missing key as an empty list.

@@ -1,8 +1,11 @@
 #pragma once
 /// The output files of a replay, as text or as numbers. Equal solutions give equal bytes.
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "piste/core/log.h"
@@ -17,6 +20,32 @@ struct NumberTable {
   std::vector<double> values;
 };
 
+/// The time that a file of rows has beside time_s.
+enum class RowTime {
+  kSeconds,  ///< none
+  kGpsWeek,  ///< `gps_week`
+  kUtc,      ///< `time_utc`, such as 2022-03-09T11:59:42.500000Z
+  kUnix      ///< `time_unix_s`
+};
+
+/// Columns that the files of navigation have besides, behind the usual ones.
+struct RowExtras {
+  RowTime time = RowTime::kSeconds;
+  std::optional<int> week = std::nullopt;  ///< GPS week of time_s; @pre known if `time` needs it
+  bool sea_height = false;                 ///< `height_sea_m`, above EGM96
+  bool enu = false;                        ///< `east_m, north_m, up_m` from the origin of the run, in its level
+  bool ecef = false;                       ///< `ecef_{x,y,z}_m`
+  bool utm = false;    ///< `utm_easting_m, utm_northing_m, utm_zone` of the zone of the first row; south: negative zone
+  bool speed = false;  ///< `speed_m_s, course_deg`, horizontal
+  bool acceleration = false;  ///< `acceleration_{north,east,down}_m_s2` over the ground, needs `motion`
+  bool rates = false;         ///< `rate_{x,y,z}_deg_s, force_{x,y,z}_m_s2`, without the IMU's errors, needs `motion`
+  /// Angular rate and specific force of the body at a row, without the IMU's errors.
+  std::function<std::pair<Vector3d, Vector3d>(double time, const Estimate& x)> motion = {};
+
+  bool needs_log() const { return acceleration || rates; }
+  bool any() const { return time != RowTime::kSeconds || sea_height || enu || ecef || utm || speed || needs_log(); }
+};
+
 /// The files of rows that a replay writes.
 enum class RowFile { kNavigation, kBiases, kAttitude };
 
@@ -24,7 +53,7 @@ enum class RowFile { kNavigation, kBiases, kAttitude };
 class RowCsv {
  public:
   /// `rate` [Hz]: rows that are nearest to the multiples of 1 / rate; 0: all.
-  RowCsv(RowFile kind, const StateLayout& layout, double rate, TextSink sink);
+  RowCsv(RowFile kind, const StateLayout& layout, double rate, TextSink sink, const RowExtras& extras = {});
   ~RowCsv();
   RowCsv(RowCsv&&) noexcept;
   RowCsv& operator=(RowCsv&&) noexcept;
@@ -38,10 +67,30 @@ class RowCsv {
   std::unique_ptr<Writer> writer_;
 };
 
+/// Writes rows in the columns of smoothed.csv for any point of the body.
+class PlaceCsv {
+ public:
+  /// @pre `extras` needs no motion
+  PlaceCsv(const RowExtras& extras, const World& world, TextSink sink);
+  ~PlaceCsv();
+  PlaceCsv(const PlaceCsv&) = delete;
+  PlaceCsv& operator=(const PlaceCsv&) = delete;
+  void add(double time, const Navigation& navigation, const NavigationSigmas& sigmas);
+  /// Gives the remaining text to the sink.
+  void finish();
+
+ private:
+  struct Writer;
+  std::unique_ptr<Writer> writer_;
+};
+
+/// The rows that are nearest to the multiples of 1 / rate [Hz]; 0: all.
+std::vector<std::size_t> rows_at_rate(const Solution& solution, double rate);
+
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
 std::string navigation_csv(const Solution& solution);
 /// The same at a rate [Hz], 0 being that of the IMU, piece by piece.
-void navigation_csv(const Solution& solution, double rate, const TextSink& sink);
+void navigation_csv(const Solution& solution, double rate, const TextSink& sink, const RowExtras& extras = {});
 NumberTable navigation_table(const Solution& solution, double rate = 0);
 
 /// Roll, pitch and heading in local north-east-down with their sigmas, as a reference attitude for another replay. It

@@ -1,0 +1,130 @@
+#include "piste/report/descents_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "plot/markup.h"
+#include "plot/svg.h"
+#include "report/page.h"
+
+namespace piste {
+namespace {
+
+// `+0.1234 ± 0.0004`, without a sigma where it is not known.
+std::string gained_text(double gained, double sigma) {
+  return std::isfinite(sigma) ? fmt::format("{:+.4f} ± {:.4f}", gained, sigma) : fmt::format("{:+.4f}", gained);
+}
+
+// Where a run lost and gained most, in one sentence.
+std::string most_text(const DescentReport& report, std::size_t r) {
+  const auto by = [r](const Section& a, const Section& b) { return a.gained[r] < b.gained[r]; };
+  const Section &worst = *std::min_element(report.sections.begin(), report.sections.end(), by),
+                &best = *std::max_element(report.sections.begin(), report.sections.end(), by);
+  const Crossing& end = report.gates.back().runs[r];
+  std::string text = fmt::format("{} {} {} s on {} in all", report.runs[r], end.gained < 0 ? "lost" : "gained",
+                                 gained_text(std::abs(end.gained), end.sigma_gained).substr(1), report.runs[0]);
+  if (worst.gained[r] < 0)
+    text += fmt::format("; most was lost from {} to {}: {} s", worst.from, worst.to,
+                        gained_text(-worst.gained[r], worst.sigma[r]).substr(1));
+  if (best.gained[r] > 0)
+    text += fmt::format("; most was gained from {} to {}: {} s", best.from, best.to,
+                        gained_text(best.gained[r], best.sigma[r]).substr(1));
+  return text + ".";
+}
+
+std::string section_table(const DescentReport& report) {
+  page::Row head{"section", "length [m]"};
+  for (const std::string& name : report.runs) head.push_back(name + " [s]");
+  for (std::size_t r = 1; r < report.runs.size(); ++r) head.push_back(report.runs[r] + " gained [s]");
+  std::vector<page::Row> rows;
+  for (const Section& s : report.sections) {
+    page::Row row{fmt::format("{} – {}", s.from, s.to), fmt::format("{:.1f}", s.length)};
+    for (const double duration : s.duration) row.push_back(fmt::format("{:.3f}", duration));
+    for (std::size_t r = 1; r < report.runs.size(); ++r) row.push_back(gained_text(s.gained[r], s.sigma[r]));
+    rows.push_back(std::move(row));
+  }
+  return page::wide(
+      page::table("From gate to gate; gained is positive where the run took less time than the first", head, rows));
+}
+
+std::string over_distance(const DescentReport& report, const char* title, const char* unit, double Crossing::*of,
+                          double Crossing::*sigma, std::size_t first) {
+  Plot plot(title, {"distance along the line [m]"}, {unit}, fmt::format("{} over the distance along the line", title));
+  constexpr int kHeight = 330;
+  plot.size(Plot::kPageWidth, kHeight);
+  std::vector<double> distance;
+  for (const Passage& place : report.along) distance.push_back(place.distance);
+  for (std::size_t r = first; r < report.runs.size(); ++r) {
+    std::vector<double> values, low, high;
+    bool known = sigma != nullptr;
+    for (const Passage& place : report.along) {
+      const Crossing& c = place.runs[r];
+      values.push_back(c.*of);
+      if (sigma == nullptr) continue;
+      known = known && std::isfinite(c.*sigma);
+      low.push_back(c.*of - c.*sigma);
+      high.push_back(c.*of + c.*sigma);
+    }
+    constexpr int kBand = 6;
+    if (known) plot.band(distance, low, high, kBand, "");
+    plot.line(distance, std::move(values), static_cast<int>(r % 6), report.runs[r]);
+  }
+  return "<figure>\n" + plot.render() + "</figure>\n";
+}
+
+std::string plan_of_course(const DescentReport& report) {
+  Plot plot("Plan view: the line and its gates", {"east [m]"}, {"north [m]"}, "Plan view of the line with its gates");
+  plot.equal_scale();
+  constexpr int kHeight = 640;
+  plot.size(Plot::kPageWidth, kHeight);
+  std::vector<double> east, north;
+  for (const Passage& place : report.along) {
+    east.push_back(place.place.x());
+    north.push_back(place.place.y());
+  }
+  plot.line(east, north, 0, report.line);
+  for (const Passage& gate : report.gates) plot.mark(gate.place.x(), gate.place.y(), 3, gate.name);
+  return "<figure>\n" + plot.render() + "</figure>\n";
+}
+
+}  // namespace
+
+std::string descents_page(const DescentReport& report, const std::string& version) {
+  std::string summary;
+  for (std::size_t r = 1; r < report.runs.size(); ++r)
+    summary += "<p><strong>" + escape_markup(most_text(report, r)) + "</strong></p>\n";
+  if (!report.without_sigma.empty()) {
+    summary +=
+        "<p>Times gained have no sigma, as a folder has no covariance between two crossings: name "
+        "configurations instead.</p>\n";
+  }
+  const std::string subtitle = fmt::format("piste {} · {} runs; the line is {}", escape_markup(version),
+                                           report.runs.size(), escape_markup(report.how_line));
+  return page::render(
+      "Descents", subtitle,
+      {{"lost", "Where time was lost", summary + section_table(report)},
+       {"gained", "Time gained along the line",
+        "<p class=\"soft\">Falling: time is being lost against the first run. Bands are ± 1 sigma.</p>\n" +
+            over_distance(report, "Time gained since the first gate", "[s]", &Crossing::gained, &Crossing::sigma_gained,
+                          1)},
+       {"speed", "Speed", over_distance(report, "Speed", "[m/s]", &Crossing::speed, nullptr, 0)},
+       {"offset", "Line",
+        over_distance(report, "Distance to the right of the line", "[m]", &Crossing::offset, nullptr, 0)},
+       {"plan", "Plan", plan_of_course(report)}});
+}
+
+std::string descents_text(const DescentReport& report) {
+  std::string text = fmt::format("the line is {}", report.how_line);
+  for (std::size_t r = 1; r < report.runs.size(); ++r) {
+    text += "\n" + most_text(report, r);
+    for (const Section& s : report.sections) {
+      text += fmt::format("\n  {} – {}: {:.3f} s, gained {} s", s.from, s.to, s.duration[r],
+                          gained_text(s.gained[r], s.sigma[r]));
+    }
+  }
+  return text;
+}
+
+}  // namespace piste

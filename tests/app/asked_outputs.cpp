@@ -1,0 +1,162 @@
+// What a replay writes besides its usual files: further columns, points, whole covariances, events.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <random>
+
+#include "piste/evaluate/evaluation.h"
+#include "piste/trajectory/trajectory.h"
+#include "support/navigation.h"
+#include "support/ski_run.h"
+
+namespace piste::test {
+namespace {
+
+constexpr const char* kAll =
+    "\nweek: 2200\noutput:\n  time: utc\n  geoid: egm96\n  covariance: full\n  columns: [enu, ecef, utm, speed, "
+    "acceleration, rates]\n  at:\n    zero: 0 0 0 m\n    antenna: -0.06 0.03 -0.42 m\n    camera: {lever_arm: 0.1 0 0 "
+    "m, "
+    "boresight: 0 0 90 deg}\n";
+
+class AskedOutputs : public testing::Test {
+ protected:
+  void replay_with(const std::string& keys, int code = 0) {
+    run_.write(SkiRun::kConfig, run_.text(SkiRun::kConfig) + keys);
+    said_ = run_.replay();
+    ASSERT_EQ(said_.code, code) << said_.err;
+  }
+  Table table(const std::string& name) const { return read_table(run_.folder / ("result/" + name)); }
+  std::string text(const std::string& name) const { return read_text(run_.folder / ("result/" + name)); }
+
+  SkiRun run_;
+  Said said_;
+};
+
+TEST_F(AskedOutputs, AreThereAndAgree) {
+  replay_with(kAll);
+  const Table rows = table("smoothed.csv"), zero = table("smoothed_zero.csv"), camera = table("smoothed_camera.csv"),
+              antenna = table("smoothed_antenna.csv"), covariance = table("covariance_smoothed.csv");
+  ASSERT_EQ(zero.rows, rows.rows);
+  ASSERT_EQ(covariance.rows, rows.rows);
+  double turned = 0, apart = 0;
+  for (std::size_t i = 0; i < rows.rows; ++i) {
+    for (const char* same : {"time_s", "latitude_deg", "longitude_deg", "height_m", "velocity_north_m_s", "roll_deg",
+                             "sigma_north_m", "sigma_velocity_down_m_s", "sigma_heading_deg"}) {
+      EXPECT_NEAR(zero[same][i], rows[same][i], 1.01e-5) << same << " in row " << i;
+    }
+    EXPECT_NEAR(std::sqrt(covariance["covariance_north_m_north_m"][i]), rows["sigma_north_m"][i], 1e-5);
+    EXPECT_NEAR(std::sqrt(covariance["covariance_heading_deg_heading_deg"][i]), rows["sigma_heading_deg"][i], 1e-6);
+    EXPECT_NEAR(rows["speed_m_s"][i], std::hypot(rows["velocity_north_m_s"][i], rows["velocity_east_m_s"][i]), 2e-5);
+    const auto attitude = [&](const Table& of) {
+      return from_euler(kDegree * Vector3d(of["roll_deg"][i], of["pitch_deg"][i], of["heading_deg"][i]));
+    };
+    turned = std::max(turned, attitude(camera).angularDistance(attitude(rows) * from_euler({0, 0, 90 * kDegree})));
+    const World world({kDegree * rows["latitude_deg"][i], kDegree * rows["longitude_deg"][i], rows["height_m"][i]});
+    const Vector3d arm = world.from_geodetic(
+        {kDegree * antenna["latitude_deg"][i], kDegree * antenna["longitude_deg"][i], antenna["height_m"][i]});
+    apart = std::max(apart, (arm - attitude(rows) * Vector3d(-0.06, 0.03, -0.42)).norm());
+  }
+  EXPECT_LT(turned, 1e-8);
+  EXPECT_LT(apart, 3e-5);
+  const double undulation = rows["height_m"][0] - rows["height_sea_m"][0];
+  EXPECT_GT(undulation, 40);
+  EXPECT_LT(undulation, 60);
+  // At rest the force is that of gravity, and nothing accelerates.
+  EXPECT_NEAR(std::hypot(std::hypot(rows["force_x_m_s2"][100], rows["force_y_m_s2"][100]), rows["force_z_m_s2"][100]),
+              9.81, 0.1);
+  EXPECT_NEAR(rows["acceleration_down_m_s2"][100], 0, 0.2);
+  const std::string first = text("smoothed.csv");
+  EXPECT_NE(first.find(",time_utc\n"), std::string::npos);
+  EXPECT_NE(first.find("Z\n302"), std::string::npos);
+  EXPECT_EQ(YAML::Load(text("summary.json"))["gps_week"].as<int>(), 2200);
+  const std::string map = text("trajectory.kml");
+  EXPECT_NE(map.find("<gx:Track>"), std::string::npos);
+  EXPECT_NE(map.find("<when>2022-03-09T"), std::string::npos);
+  // The errors of the filter in units of the smoother's covariance are no small ones, but finite.
+  const Evaluation found = evaluate(read_trajectory({.path = run_.folder / "result"}),
+                                    read_trajectory({.path = run_.folder / "result/filtered.csv"}));
+  ASSERT_TRUE(found.nees.has_value());
+  EXPECT_TRUE(std::isfinite(*found.nees));
+  EXPECT_LT(evaluate(read_trajectory({.path = run_.folder / "result", .at = "antenna"}),
+                     read_trajectory({.path = run_.folder / "result/smoothed_antenna.csv"}))
+                .ape.max,
+            1e-9);
+}
+
+TEST_F(AskedOutputs, NothingElseChanges) {
+  replay_with("");
+  const std::string rows = text("smoothed.csv"), filtered = text("filtered.csv"), biases = text("biases_smoothed.csv");
+  EXPECT_EQ(text("summary.json").find("gps_week"), std::string::npos);
+  EXPECT_EQ(text("trajectory.kml").find("gx:Track>"), std::string::npos);
+  replay_with("\noutput: {at: {antenna: -0.06 0.03 -0.42 m}}\n");
+  EXPECT_EQ(text("smoothed.csv"), rows);
+  EXPECT_EQ(text("filtered.csv"), filtered);
+  EXPECT_EQ(text("biases_smoothed.csv"), biases);
+}
+
+TEST_F(AskedOutputs, DatesNeedAWeek) {
+  replay_with("\noutput: {time: gps_week}\n", 1);
+  EXPECT_TRUE(contains(said_.err, "`week: 2374`")) << said_.err;
+}
+
+TEST_F(AskedOutputs, RefusesWrongKeys) {
+  replay_with("\noutput: {columns: [epsg25832]}\n", 2);
+  EXPECT_TRUE(contains(said_.err, "PROJ")) << said_.err;
+}
+
+TEST_F(AskedOutputs, RefusesEventsAtAnUnknownPoint) {
+  run_.write("marks.csv", "time_s\n302470\n");
+  replay_with("\nevents: [{file: ../marks.csv, at: camera}]\n", 2);
+  EXPECT_TRUE(contains(said_.err, "`camera` is no point")) << said_.err;
+}
+
+// At epochs the states are those of smoothed.csv; between them they lie on the cubic of places and velocities.
+TEST_F(AskedOutputs, EventsLieOnTheTrack) {
+  std::mt19937 random(7);
+  std::string marks = "name,time_s\n";
+  constexpr int kCount = 2000;
+  for (int i = 0; i < kCount; ++i) {
+    const double t = 302440 + 54 * static_cast<double>(random()) / static_cast<double>(std::mt19937::max());
+    marks += fmt::format("shot {},{:.6f}\n", i, i % 10 == 0 ? std::round(100 * t) / 100 : t);
+  }
+  run_.write("marks.csv", marks);
+  run_.write("late.csv", "time_s\n302470.117\n");
+  replay_with(
+      "\nevents: [{file: ../marks.csv}, {file: ../late.csv, delay: 0.017 s, offset: 0.1 s}, "
+      "{file: ../late.csv, at: antenna}]\noutput: {at: {antenna: -0.06 0.03 -0.42 m}}\n");
+  const std::string events = text("events.csv");
+  EXPECT_EQ(events.substr(0, 25), "name,time_s,latitude_deg,");
+  EXPECT_NE(events.find("\nmark_1,302470.034000,"), std::string::npos);
+  run_.write("events.csv", events.substr(0, events.find("\nmark_1,") + 1));
+  // In any order, as marks may be: sorted for a trajectory.
+  Table table = read_table(run_.folder / "events.csv");
+  ASSERT_EQ(table.rows, static_cast<std::size_t>(kCount));
+  Trajectory track;
+  track.file = "events.csv";
+  std::vector<std::size_t> order(table.rows);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return table["time_s"][a] < table["time_s"][b]; });
+  for (const std::size_t i : order) {
+    if (!track.time.empty() && table["time_s"][i] <= track.time.back()) continue;
+    track.time.push_back(table["time_s"][i]);
+    track.place.push_back(
+        {kDegree * table["latitude_deg"][i], kDegree * table["longitude_deg"][i], table["height_m"][i]});
+    track.attitude.push_back(
+        from_euler(kDegree * Vector3d(table["roll_deg"][i], table["pitch_deg"][i], table["heading_deg"][i])));
+  }
+  const Evaluation found = evaluate(track, read_trajectory({.path = run_.folder / "result"}));
+  EXPECT_LT(found.ape.max, 1e-3);
+  EXPECT_LT(found.ape_rotation->max, 0.01 * kDegree);
+}
+
+TEST_F(AskedOutputs, RefusesMarksOutsideTheRun) {
+  run_.write("marks.csv", "time_s\n302970\n");
+  replay_with("\nevents: [{file: ../marks.csv}]\n", 1);
+  EXPECT_TRUE(contains(said_.err, "marks.csv: an instant at 302970.000000 s lies outside the run")) << said_.err;
+}
+
+}  // namespace
+}  // namespace piste::test
