@@ -107,7 +107,8 @@ void append_keys(const YAML::Node& node, const std::string& path, std::vector<st
     }
     const auto key = path + item.first.as<std::string>();
     keys.push_back(key);
-    const bool named_by_others = key.ends_with("columns") || key.ends_with("article_sensors");
+    const bool named_by_others =
+        key.ends_with("columns") || key.ends_with("article_sensors") || key.ends_with("output.at");
     if (!named_by_others && (item.second.IsMap() || item.second.IsSequence())) {
       append_keys(item.second, key + ".", keys);
     }

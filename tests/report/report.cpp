@@ -1,5 +1,6 @@
 // Reports of a made-up run are whole, well-formed, escaped and small enough.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <functional>
 #include <limits>
 
+#include "math/geoid.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
 #include "plot/markup.h"
@@ -73,14 +75,20 @@ TEST(Svg, TheCheckCatchesWhatIsWrong) {
 
 TEST(Kml, HoldsTheTrackWithItsEnds) {
   const auto run = test::synthetic_run(20);
-  const std::string text = kml(run.filtered, "ski & bike", 500);
+  const std::string text = kml(run.filtered, "ski & bike", {}, 500);
   EXPECT_EQ(test::not_well_formed(text), "");
   EXPECT_NE(text.find("ski &amp; bike"), std::string::npos);
   EXPECT_EQ(count(text, "<LineString>"), 1U);
   EXPECT_EQ(count(text, "<Point>"), 2U);
   EXPECT_LT(count(text, "\n"), 540U);
-  // The run starts at its origin: 0.12 rad east, 0.81 rad north, 1600 m.
-  EXPECT_NE(text.find("6.875493542,46.409581406,1600.000"), std::string::npos);
+  // The run starts at its origin: 0.12 rad east, 0.81 rad north, 1600 m above the ellipsoid.
+  const std::string place = fmt::format("{:.3f}", 1600 - geoid_undulation({0.81, 0.12, 1600}));
+  EXPECT_NE(text.find("6.875493542,46.409581406," + place), std::string::npos);
+  const std::string dated = kml(run.filtered, "ski", 2200, 500);
+  EXPECT_EQ(test::not_well_formed(dated), "");
+  EXPECT_EQ(count(dated, "<gx:Track>"), 1U);
+  EXPECT_EQ(count(dated, "<when>"), count(dated, "<gx:coord>"));
+  EXPECT_NE(dated.find("<gx:coord>6.875493542 46.409581406 " + place), std::string::npos);
   EXPECT_EQ(test::not_well_formed(kml(Solution(), "empty")), "");
 }
 
