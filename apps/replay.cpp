@@ -13,7 +13,6 @@
 #include "piste/batch/batch.h"
 #include "piste/consistency/warnings.h"
 #include "piste/diagnosis/diagnose.h"
-#include "piste/diagnosis/run_warnings.h"
 #include "piste/files/replay.h"
 #include "piste/outputs/replay_folder.h"
 
@@ -59,19 +58,15 @@ void run_replay(const AppArguments& arguments, Progress& progress) {
   output.commit();
   progress.clear();
 
-  for (const std::string& line : run_warnings(run.log, run.options, filtered, config.conditioning.outages)) {
+  for (const std::string& line : replay_warnings(config, run, verdict)) {
     fmt::print(stderr, "warning: {}\n", line);
   }
   for (const std::string& line : absence_lines(run.log.counts.imus)) say(arguments, line);
   say(arguments, run.found.how);
   if (smoothed && smoothed->batch) say(arguments, batch_line(*smoothed->batch));
-  if (smoothed && smoothed->batch && !smoothed->batch->converged) {
-    fmt::print(stderr, "warning: the batch has not converged; compare with `smoother: rts`\n");
-  }
   if (!filtered.adapted.names.empty()) say(arguments, adapted_line(filtered.adapted));
   if (smoothed) say(arguments, attitude_entry(output.folder() / "attitude.csv", *smoothed));
   say(arguments, "written to " + output.folder().string());
-  if (arguments.quiet && !verdict.consistent) fmt::print(stderr, "warning: {}\n", verdict_line(verdict));
   say(arguments, verdict_line(verdict));
 }
 

@@ -8,6 +8,8 @@ function(piste_embed target name)
     file(READ ${ARGV2} text)
   endif()
   string(REGEX REPLACE "\n(//|/\\*)# sourceMappingURL=[^\n]*" "" text "${text}")
+  string(REGEX REPLACE "url\\([^)]*\\)" "none" text "${text}")  # nothing is fetched when a page opens,
+  string(REGEX REPLACE "href=\"https?://[^\"]*\"" "href=\"#\"" text "${text}")  # and nothing leads away from it
   set(pieces "")
   string(LENGTH "${text}" length)
   foreach(begin RANGE 0 ${length} 8000)

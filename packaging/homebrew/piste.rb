@@ -25,11 +25,21 @@ class Piste < Formula
     sha256 "26c4ef2356454f40e108e4d9649bf92139671cb49ef214ec1879fd8ffad848c9"
   end
 
+  resource "leaflet-script" do
+    url "https://cdn.jsdelivr.net/npm/leaflet@1.9.4/dist/leaflet.js"
+    sha256 "db49d009c841f5ca34a888c96511ae936fd9f5533e90d8b2c4d57596f4e5641a"
+  end
+
+  resource "leaflet-style" do
+    url "https://cdn.jsdelivr.net/npm/leaflet@1.9.4/dist/leaflet.css"
+    sha256 "a7837102824184820dfa198d1ebcd109ff6d0ff9a2672a074b9a1b4d147d04c6"
+  end
+
   def install
-    plots = buildpath/"dygraphs"
+    plots = buildpath/"plots"
     resources.each { |file| plots.install file }
     system "cmake", "-S", ".", "-B", "build", "-G", "Ninja", *std_cmake_args,
-           "-DBUILD_SHARED_LIBS=ON", "-DPISTE_TESTS=OFF", "-DPISTE_UNITY=ON", "-DDygraphs_DIR=#{plots}"
+           "-DBUILD_SHARED_LIBS=ON", "-DPISTE_TESTS=OFF", "-DPISTE_UNITY=ON", "-DDygraphs_DIR=#{plots}", "-DLeaflet_DIR=#{plots}"
     system "cmake", "--build", "build"
     system "cmake", "--install", "build"
   end

@@ -130,16 +130,13 @@ void bind_run(nb::module_& m) {
       .def_prop_ro("how", [](const Run& run) { return run.replay.found.how; })
       .def_prop_ro("verdict_line", [](const Run& run) { return verdict_line(run.verdict); })
       .def("samples", &samples, "The samples as the filter got them, in shared memory.")
-      .def("warnings",
-           [](const Run& run) {
-             return run_warnings(run.replay.log, run.replay.options, run.replay.filtered.solution,
-                                 run.config.conditioning.outages);
-           })
+      .def("warnings", [](const Run& run) { return replay_warnings(run.config, run.replay, run.verdict); })
       .def("summary",
            [](const Run& run) {
              const Replay& r = run.replay;
              return summary_json(r.log, r.filtered.solution, r.smoothed ? &*r.smoothed : nullptr, run.verdict,
-                                 run.times, nullptr, gps_week(run.config, r.log.imu.front().time));
+                                 run.times, nullptr, gps_week(run.config, r.log.imu.front().time),
+                                 replay_warnings(run.config, run.replay, run.verdict));
            })
       .def("page", [](const Run& run) { return replay_page(run.config, run.replay, run.verdict); })
       .def(

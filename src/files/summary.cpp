@@ -202,7 +202,8 @@ void RowMeans::add(const Solution& rows) {
 }
 
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
-                         const RunTimes& times, const RowMeans* all, std::optional<int> week) {
+                         const RunTimes& times, const RowMeans* all, std::optional<int> week,
+                         const std::vector<std::string>& warnings) {
   const Solution& best = smoothed != nullptr && !smoothed->empty() ? *smoothed : filtered;
   RowMeans means;
   if (all != nullptr) {
@@ -244,6 +245,7 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += sensor_entry("magnetometer", filtered, log.magnetic.size(), 0);
   text += fmt::format("  \"sources\": {},\n", source_counts(filtered));
   text += fmt::format("  \"verdict\": {},\n", verdict_entry(verdict));
+  text += fmt::format("  \"warnings\": {},\n", json::strings(warnings));
   text += adapted_entry(filtered.adapted);
   text += batch_entry(best.batch);
   text += fmt::format("  \"rest_intervals\": [{}],\n", fmt::join(rests, ", "));

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/json.h"
+#include "outputs/own_replay.h"
 #include "piste/configuration/replay_config.h"
 #include "piste/configuration/sensor_file.h"
 #include "piste/core/error.h"
@@ -94,7 +95,7 @@ std::string write_inspection(OutputFolder& output, Inspection& found, const Prog
       found.suspicions.insert(found.suspicions.begin(),
                               {LogFault::kDoesNotHold, kReplayFile, wrong,
                                "until that is corrected, do not rely on the sigmas of a replay with it"});
-      config = fmt::format("# Its own replay says: {}.\n{}", wrong, *config);
+      config = fmt::format("{}{}.\n{}", kOwnReplaySays, wrong, *config);
     }
   }
   output.write("inspection.json", inspection_json(found));

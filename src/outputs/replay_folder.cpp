@@ -1,10 +1,15 @@
 #include "piste/outputs/replay_folder.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <functional>
+#include <utility>
 
 #include "math/parallel.h"
+#include "outputs/own_replay.h"
 #include "piste/core/version.h"
+#include "piste/diagnosis/run_warnings.h"
 #include "piste/files/replay.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
@@ -18,6 +23,22 @@ std::string title_of(const ReplayConfig& config) { return config.file.stem().str
 
 }  // namespace
 
+std::vector<std::string> replay_warnings(const ReplayConfig& config, const Replay& run, const Verdict& verdict) {
+  std::vector<std::string> all;
+  if (config.echo.starts_with(kOwnReplaySays)) {
+    const std::string_view rest = std::string_view(config.echo).substr(kOwnReplaySays.size());
+    all.push_back(fmt::format("inspect wrote in this configuration: {}", rest.substr(0, rest.find('\n'))));
+  }
+  for (std::string& line : run_warnings(run.log, run.options, run.filtered.solution, config.conditioning.outages)) {
+    all.push_back(std::move(line));
+  }
+  if (const Solution* smoothed = smoothed_of(run); smoothed && smoothed->batch && !smoothed->batch->converged) {
+    all.emplace_back("the batch has not converged; compare with `smoother: rts`");
+  }
+  if (!verdict.consistent) all.push_back(verdict_line(verdict));
+  return all;
+}
+
 std::string replay_page(const ReplayConfig& config, const Replay& run, const Verdict& verdict) {
   return html_report({.title = title_of(config),
                       .version = version(),
@@ -26,7 +47,11 @@ std::string replay_page(const ReplayConfig& config, const Replay& run, const Ver
                       .filtered = &run.filtered.solution,
                       .smoothed = smoothed_of(run),
                       .verdict = &verdict,
-                      .outages = config.conditioning.outages});
+                      .outages = config.conditioning.outages,
+                      .options = &run.options,
+                      .warnings = replay_warnings(config, run, verdict),
+                      .rate = config.rates.navigation,
+                      .bias_rate = config.rates.biases});
 }
 
 void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
@@ -42,7 +67,8 @@ void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay
   output.write("trajectory.kml", map);
   output.write("report.html", page);
   output.write("summary.json", summary_json(run.log, run.filtered.solution, smoothed_of(run), verdict, times(),
-                                            rows != nullptr && rows->begun() ? &rows->means() : nullptr, week));
+                                            rows != nullptr && rows->begun() ? &rows->means() : nullptr, week,
+                                            replay_warnings(config, run, verdict)));
 }
 
 }  // namespace piste

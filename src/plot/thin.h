@@ -15,10 +15,4 @@ inline constexpr std::size_t kCurvePoints = 3000;  ///< as many as a picture of 
 /// the columns are equally long.
 std::vector<std::size_t> thin(std::span<const std::vector<double>> columns, std::size_t limit);
 
-/// Ascending indices of about `limit` rows that represent all, for dots. They keep for each column the mean, the
-/// spread, the shares beyond 1 and 2, the share of finite values, and the extremes. From each group of equally many
-/// consecutive rows one is taken: the row that keeps these sums nearest to the sums of all rows so far (herding;
-/// Welling 2009). All rows if there are no more than `limit`. @pre the columns are equally long.
-std::vector<std::size_t> sample(std::span<const std::vector<double>> columns, std::size_t limit);
-
 }  // namespace piste

@@ -42,7 +42,7 @@ class KeptRows {
  public:
   // `all`: number of rows, of which at most as many are kept as a page can show.
   KeptRows(const StateLayout& layout, const World& world, std::size_t all)
-      : kept_(layout, world), last_(layout, world), every_(1 + all / (kKeptRows - 1)) {}
+      : kept_(layout, world), last_(layout, world), every_(rows_apart(all)) {}
   void add(const Solution& rows, std::size_t first) {
     for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) kept_.append(rows.row(i));
     last_.resize(0);

@@ -73,15 +73,16 @@ std::string alignment_html(const AlignmentPicture& p) {
   const std::string subtitle = fmt::format("piste {} · two IMUs on one plate, from {:.3f} to {:.3f} s of GPS time",
                                            escape_markup(p.version), p.aligned->time.front(), p.aligned->time.back());
   return page::render(
-      p.title, subtitle,
-      {{"result", "Result", result(p)},
-       {"clocks", "Before and after", page::pictures(clock_figures(p))},
-       {"correlation", "Correlation", page::pictures(correlation_figures(p))},
-       {"drift", "The clock over time", page::pictures(drift_figures(p))},
-       {"signals", "Every axis", page::pictures(signal_figures(p))},
-       {"spectra", "Spectra", page::pictures(spectrum_figures(p))},
-       {"reading", "How to read it", std::string(kHowToReadAlignment)},
-       {"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(p.config_text))}});
+      {.title = p.title,
+       .subtitle = subtitle,
+       .sections = {{"result", "Result", result(p)},
+                    {"clocks", "Before and after", page::pictures(clock_figures(p))},
+                    {"correlation", "Correlation", page::pictures(correlation_figures(p))},
+                    {"drift", "The clock over time", page::pictures(drift_figures(p))},
+                    {"signals", "Every axis", page::pictures(signal_figures(p))},
+                    {"spectra", "Spectra", page::pictures(spectrum_figures(p))},
+                    {"reading", "How to read it", std::string(kHowToReadAlignment)},
+                    {"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(p.config_text))}}});
 }
 
 }  // namespace piste

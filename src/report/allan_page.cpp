@@ -180,10 +180,10 @@ std::string allan_page(const AllanFindings& f, const std::string& sensor_file, c
       {"sensor", "Sensor file",
        fmt::format("<pre>{}</pre>\n", escape_markup(sensor_file)) + page::list("How it came about", f.sensor_remarks)});
   sections.push_back({"reading", "How to read it", std::string(kHowToReadAllan)});
-  return page::render(f.options.name,
-                      fmt::format("piste {} · noise of an IMU at rest · bands and intervals of {:g} %",
-                                  escape_markup(version), 100 * f.options.fit.probability),
-                      sections);
+  return page::render({.title = f.options.name,
+                       .subtitle = fmt::format("piste {} · noise of an IMU at rest · bands and intervals of {:g} %",
+                                               escape_markup(version), 100 * f.options.fit.probability),
+                       .sections = sections});
 }
 
 }  // namespace piste

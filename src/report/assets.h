@@ -8,6 +8,8 @@ namespace piste::assets {
 std::string_view
 dygraphs_js();  ///< the plotting library, MIT licence; empty where it was not there when this was built
 std::string_view dygraphs_css();
+std::string_view leaflet_js();  ///< the plan's library, BSD-2 licence; empty likewise
+std::string_view leaflet_css();
 std::string_view report_js();  ///< draws the charts from the numbers in the page
 std::string_view report_css();
 

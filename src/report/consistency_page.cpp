@@ -308,19 +308,21 @@ std::string consistency_html(const ConsistencyReport& report, const std::string&
       fmt::format("piste {} · {} simulated runs with known truth; times count from the departure",
                   escape_markup(version), report.runs);
   return page::render(
-      title, subtitle,
-      {{"verdict", "Verdict", verdict(report)},
-       {"nees", "NEES over time",
-        "<p class=\"soft\">Mean over the runs at each epoch. The scale is that of the stretch under way; what lies far "
-        "beyond is cut off.</p>\n" +
-            nees_plots(report)},
-       {"accuracy", "Errors over time", accuracy_plots(report)},
-       {"coverage", "Coverage", coverage_table(report)},
-       {"phases", "By phase", phase_tables(report)},
-       {"innovations", "Innovations", source_table(report)},
-       {"failures", "Failed runs", failure_table(report)},
-       {"reading", "How to read it", std::string(kHowToReadConsistency)},
-       {"scenario", "Scenario", fmt::format("<pre>{}</pre>\n", escape_markup(scenario_text))}});
+      {.title = title,
+       .subtitle = subtitle,
+       .sections = {{"verdict", "Verdict", verdict(report)},
+                    {"nees", "NEES over time",
+                     "<p class=\"soft\">Mean over the runs at each epoch. The scale is that of the stretch under way; "
+                     "what lies far "
+                     "beyond is cut off.</p>\n" +
+                         nees_plots(report)},
+                    {"accuracy", "Errors over time", accuracy_plots(report)},
+                    {"coverage", "Coverage", coverage_table(report)},
+                    {"phases", "By phase", phase_tables(report)},
+                    {"innovations", "Innovations", source_table(report)},
+                    {"failures", "Failed runs", failure_table(report)},
+                    {"reading", "How to read it", std::string(kHowToReadConsistency)},
+                    {"scenario", "Scenario", fmt::format("<pre>{}</pre>\n", escape_markup(scenario_text))}}});
 }
 
 }  // namespace piste

@@ -4,22 +4,21 @@
 
 #include <array>
 #include <cmath>
-#include <span>
 #include <utility>
 
 #include "math/words.h"
+#include "piste/math/statistics.h"
+#include "piste/math/units.h"
+#include "piste/replay/replay.h"
 #include "plot/markup.h"
-#include "plot/svg.h"
-#include "plot/thin.h"
-#include "report/assets.h"
-#include "report/charts.h"
 #include "report/page.h"
+#include "report/page_data.h"
+#include "report/replay_charts.h"
 
 namespace piste {
 namespace {
 
-constexpr std::size_t kChartRows = 2000;  // keeps a page with every block and both solutions below 5 MB
-constexpr std::size_t kPlanPoints = 3000;
+constexpr std::size_t kWarningsInView = 3;
 
 using page::Row;
 using page::table;
@@ -115,7 +114,14 @@ std::string rest_table(const Log& log, double start) {
   return table("Rest", {"interval [s]", "length [s]"}, rows);
 }
 
-std::string estimate_table(const Solution& solution) {
+// ± the prior of an element of a constant, where it is known.
+std::string prior_text(const ReplayReport& report, const BlockInfo& row, int axis) {
+  if (report.options == nullptr || row.prior == nullptr) return {};
+  return fmt::format(" (prior ± {})", plain(row.factor * row.prior(*report.options)[axis]));
+}
+
+std::string estimate_table(const ReplayReport& report) {
+  const Solution& solution = page::best_of(report);
   if (solution.empty()) return {};
   const std::size_t last = solution.size() - 1;
   const Estimate x = solution.estimate(last);
@@ -129,139 +135,196 @@ std::string estimate_table(const Solution& solution) {
       Row cells{first == 0 ? fmt::format("{} [{}]", row.name, row.unit) : ""};
       for (int i = first; i < first + 3; ++i) {
         cells.push_back(
-            i < row.size ? fmt::format("{}: {}", row.axes[static_cast<std::size_t>(i)],
-                                       measured(value[i] * row.factor, s.blocks[full_offset(block) + i] * row.factor))
+            i < row.size ? fmt::format("{}: {}{}", row.axes[static_cast<std::size_t>(i)],
+                                       measured(value[i] * row.factor, s.blocks[full_offset(block) + i] * row.factor),
+                                       prior_text(report, row, i))
                          : "");
       }
       rows.push_back(std::move(cells));
     }
   }
   if (rows.empty()) return {};
-  return table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)", {"block", "", "", ""}, rows);
+  return page::wide(
+      table("Estimates at the end, ± 1 sigma (boresight: roll, pitch, heading)", {"block", "", "", ""}, rows));
 }
 
-/// East and north, thinned.
-using Plan = std::array<std::vector<double>, 2>;
-
-Plan thinned(const Plan& all) {
-  Plan out;
-  for (const std::size_t i : thin(all, kPlanPoints)) {
-    for (std::size_t k = 0; k < 2; ++k) out[k].push_back(all[k][i]);
+/// Root mean square and largest value of a sigma, with the time of this.
+struct Accuracy {
+  double square = 0, worst = 0, worst_at = 0;
+  void add(double variance, double time) {
+    square += variance;
+    if (variance <= worst * worst) return;
+    worst = std::sqrt(variance);
+    worst_at = time;
   }
+};
+
+std::string length_text(double metres) {
+  constexpr double kMillimetres = 1e3, kCentimetres = 1e2, kLong = 1e4, kShort = 0.01;
+  if (metres < kShort) return plain(metres * kMillimetres, 2) + " mm";
+  if (metres < 1) return plain(metres * kCentimetres, 2) + " cm";
+  return metres < kLong ? plain(metres, 3) + " m" : plain(metres / kMillimetres, 4) + " km";
+}
+
+std::string speed_text(double speed) {
+  constexpr double kMillimetres = 1e3, kSmall = 0.1;
+  return speed < kSmall ? plain(speed * kMillimetres, 2) + " mm/s" : plain(speed, 2) + " m/s";
+}
+
+std::string angle_text(double angle) { return plain(angle * kDegreesPerRadian, 2) + "°"; }
+
+std::string tile(std::string_view name, std::string_view value, std::string_view note) {
+  return fmt::format("<div class=\"tile\"><span>{}</span><b>{}</b><small>{}</small></div>\n", name, value,
+                     escape_markup(note));
+}
+
+std::string accuracy_tiles(const Solution& solution, double start) {
+  std::array<Accuracy, 4> all;
+  for (std::size_t i = 0; i < solution.size(); ++i) {
+    const NavigationSigmas s = solution.navigation_sigmas(i);
+    const double time = solution.time(i) - start;
+    all[0].add(s.position.head<2>().squaredNorm(), time);
+    all[1].add(square(s.position.z()), time);
+    all[2].add(s.velocity.squaredNorm(), time);
+    all[3].add(square(s.euler.z()), time);
+  }
+  std::string out;
+  const auto add = [&](std::size_t k, std::string_view name, const auto& text) {
+    const double rms = std::sqrt(all[k].square / static_cast<double>(solution.size()));
+    out += tile(name, text(rms), fmt::format("worst {} at {:.1f} s", text(all[k].worst), all[k].worst_at));
+  };
+  add(0, "Horizontal, 1σ rms", length_text);
+  add(1, "Height, 1σ rms", length_text);
+  add(2, "Velocity, 1σ rms", speed_text);
+  add(3, "Heading, 1σ rms", angle_text);
   return out;
 }
 
-Plan plan_of(const Solution& solution) {
-  Plan plan;
-  for (std::size_t i = 0; i < solution.size(); ++i) {
-    const Vector3d p = solution.position(i);
-    plan[0].push_back(p.y());
-    plan[1].push_back(p.x());
+std::string fixes_tile(const Solution& solution) {
+  std::array<std::size_t, kOutcomes.size()> counts{};
+  std::size_t used = 0, all = 0;
+  for (const Innovation& z : solution.innovations) {
+    if (!solution.sources[static_cast<std::size_t>(z.source)].starts_with("gnss")) continue;
+    ++all;
+    ++counts.at(static_cast<std::size_t>(z.outcome));
+    used += was_used(z.outcome) ? 1 : 0;
   }
-  return thinned(plan);
+  std::string left_out;
+  for (const Outcome outcome : kOutcomes) {
+    const std::size_t count = counts[static_cast<std::size_t>(outcome)];
+    if (was_used(outcome) || count == 0) continue;
+    left_out += fmt::format("{}{} {}", left_out.empty() ? "" : ", ", count, outcome_name(outcome));
+  }
+  return tile("GNSS measurements used", fmt::format("{} of {}", used, all),
+              left_out.empty() ? "none left out" : left_out);
 }
 
-std::string plan_view(const ReplayReport& report) {
-  Plot plot("Plan view", {"east [m]"}, {"north [m]"},
-            "Plan view of the track, east against north in metres, with start and end");
-  plot.equal_scale();
-  plot.size(980, 640);
-  for (std::size_t i = 0; i < report.log->gnss.size(); ++i) {
-    Plan fixes;
-    for (const GnssFix& fix : report.log->gnss[i]) {
-      fixes[0].push_back(fix.position.y());
-      fixes[1].push_back(fix.position.x());
-    }
-    fixes = thinned(fixes);
-    plot.points(std::move(fixes[0]), std::move(fixes[1]), 6, fmt::format("gnss[{}], antenna", i));
-  }
-  Plan track = plan_of(*report.filtered);
-  const bool both = report.smoothed != nullptr;
-  plot.line(track[0], track[1], both ? 1 : 0, "filtered");
-  if (both) {
-    track = plan_of(*report.smoothed);
-    plot.line(track[0], track[1], 0, "smoothed");
-  }
-  if (!track[0].empty()) {
-    plot.mark(track[0].front(), track[1].front(), 2, "start");
-    plot.mark(track[0].back(), track[1].back(), 3, "end");
-  }
-  return plot.render();
+double distance(const Solution& solution) {
+  double sum = 0;
+  for (std::size_t i = 1; i < solution.size(); ++i) sum += (solution.position(i) - solution.position(i - 1)).norm();
+  return sum;
 }
 
-std::string json_intervals(std::span<const Interval> intervals, double start) {
-  std::string out = "[";
-  for (const Interval& i : intervals)
-    out += fmt::format("{}[{:.3f},{:.3f}]", out.size() > 1 ? "," : "", i.start - start, i.end - start);
-  return out + ']';
-}
-
-std::string json_charts(std::span<const charts::Chart> charts) {
-  std::string out = "[";
-  for (const auto& chart : charts) {
-    if (out.size() > 1) out += ',';
-    out += charts::json(chart, kChartRows);
+/// Whether the sigmas can be relied on, and what to do if not.
+std::string reliance(const ReplayReport& report) {
+  if (report.verdict == nullptr) return {};
+  const Verdict& verdict = *report.verdict;
+  if (verdict.consistent) {
+    return fmt::format(
+        "<p class=\"good\">The stated accuracy can be relied on, as the <strong>sigmas hold</strong>: measurements "
+        "scatter "
+        "about the track as they say{}.</p>\n",
+        verdict.slow_part ? fmt::format(". {}", escape_markup(kInnovationsCannotTell)) : "");
   }
-  return out + ']';
+  return fmt::format(
+      "<p class=\"bad\"><strong>Do not rely on the stated accuracy: {}.</strong> Correct this cause, or run "
+      "<code>tune</code>, and replay again.</p>\n",
+      escape_markup(verdict_line(verdict)));
 }
 
-std::string data_script(const ReplayReport& report, double start) {
-  std::string out = "<script>\nconst report = {solutions: {\"filtered\": " +
-                    json_charts(charts::of_solution(*report.filtered, start));
-  if (report.smoothed) out += ",\n\"smoothed\": " + json_charts(charts::of_solution(*report.smoothed, start));
-  out += "},\ninnovations: " + json_charts(charts::of_innovations(*report.filtered, start));
-  out += ",\nrest: " + json_intervals(report.log->rest, start);
-  out += ",\noutages: " + json_intervals(report.outages, start);
-  return out + "};\n</script>\n";
+std::string warnings_list(const std::vector<std::string>& warnings) {
+  if (warnings.empty()) return {};
+  std::string out =
+      fmt::format("<details class=\"warnings\"{}><summary>{} warning{}</summary>\n<ul>\n",
+                  warnings.size() > kWarningsInView ? "" : " open", warnings.size(), warnings.size() == 1 ? "" : "s");
+  for (const std::string& warning : warnings) out += fmt::format("<li>{}</li>\n", escape_markup(warning));
+  return out + "</ul></details>\n";
 }
 
-constexpr std::string_view kSwitch = R"(<fieldset class="switch" aria-label="Solution shown">
-<label><input type="radio" name="solution" value="smoothed" checked autocomplete="off"> smoothed</label>
-<label><input type="radio" name="solution" value="filtered" autocomplete="off"> filtered</label>
-</fieldset>
+std::string head(const ReplayReport& report, double start) {
+  const Solution& best = page::best_of(report);
+  if (best.empty()) return "<p>There is no epoch to show.</p>\n";
+  return reliance(report) + "<div class=\"tiles\">\n" + accuracy_tiles(best, start) + fixes_tile(*report.filtered) +
+         "</div>\n" + warnings_list(report.warnings);
+}
+
+/// How many of the run's rows the page has.
+std::string rows_shown(const ReplayReport& report) {
+  const Solution& best = page::best_of(report);
+  const std::size_t all = report.log->imu.size();
+  if (best.size() < 2) return {};
+  const double length = best.time(best.size() - 1) - best.time(0);
+  const std::size_t apart = rows_apart(best.size()), shown = (best.size() - 1) / apart + 1;
+  if (shown >= all || report.rate > 0) return "Curves hold every row of the files.";
+  return fmt::format("Curves hold {} of the run's {} rows, {:.3g} a second; the files have all.", shown, all,
+                     static_cast<double>(shown - 1) / length);
+}
+
+constexpr std::string_view kTools = R"(<div class="tools" id="tools" hidden>
+<fieldset id="which" aria-label="Solution shown"><label><input type="radio" name="solution" value="smoothed" checked autocomplete="off"> smoothed</label>
+<label><input type="radio" name="solution" value="filtered" autocomplete="off"> filtered</label></fieldset>
+<label>time in <select id="clock"><option value="seconds">s since the start</option><option value="week">s of week</option></select></label>
+<button type="button" id="reset">whole run</button>
+<output id="window"></output>
+</div>
+)";
+
+constexpr std::string_view kPlan =
+    R"(<div class="plan"><div class="plan-tools"><label>colour <select id="colour"><option value="speed">speed</option><option value="sigma">horizontal sigma</option><option value="height">height</option><option value="time">time</option><option value="quality">fixes used</option></select></label>
+<label><input type="checkbox" id="fixes-shown" checked autocomplete="off"> fixes</label>
+<label><input type="checkbox" id="ellipses-shown" autocomplete="off"> sigmas</label>
+<details><summary>map</summary><p class="soft">Nothing is fetched unless you name a source of tiles, such as <code>https://…/{z}/{x}/{y}.png</code> or a folder.</p><input id="tiles" size="24" aria-label="Address of tiles"> <button type="button" id="tiles-on">show</button></details></div>
+<div id="plan" role="img" aria-label="Plan of the track, north up"></div><div id="scale" class="soft"></div></div>
 )";
 
 constexpr std::string_view kNoCharts =
-    "<p>No chart is here, as piste was built without dygraphs (Debian: <code>libjs-dygraphs</code>). The CSV files "
-    "hold what "
-    "it would show.</p>\n";
+    "<p>No plan and no chart is here, as piste was built without dygraphs and Leaflet (Debian: "
+    "<code>libjs-dygraphs</code>, <code>libjs-leaflet</code>). The CSV files hold what they would show.</p>\n";
+
+std::string first_screen() {
+  return fmt::format("<div class=\"first\">\n{}<div class=\"side\">\n{}{}</div>\n</div>\n", kPlan,
+                     page::place("height"), page::place("speed"));
+}
 
 }  // namespace
 
 std::string html_report(const ReplayReport& report) {
-  const double start = start_of(*report.filtered);
-  const Solution& best = report.smoothed ? *report.smoothed : *report.filtered;
-  const double length = best.empty() ? 0 : best.time(best.size() - 1) - start;
-  std::string subtitle = fmt::format("piste {} · {:.1f} s from time_s {:.3f}; times below count from there",
-                                     escape_markup(report.version), length, start);
-  if (report.verdict != nullptr)
-    subtitle += fmt::format("<br><strong>{}</strong>", escape_markup(verdict_line(*report.verdict)));
-  const bool charts = !assets::dygraphs_js().empty();
-  std::string over_time = "<p class=\"soft\">Bands are ± 1 sigma. Rest is shaded";
-  if (!report.outages.empty()) over_time += ", withheld GNSS is shaded red";
-  over_time +=
-      ". Drag to zoom every chart, double-click to see all again. "
-      "Long series are thinned: lines keep the extremes among 40 000 epochs of the run, dots are a fair sample.</p>\n"
-      "<noscript><p>The charts need JavaScript; the tables and the plan view do not.</p></noscript>\n";
-  if (report.smoothed) over_time += kSwitch;
-  over_time += "<section id=\"solution-charts\"></section>\n";
-  const std::string innovations =
-      "<p class=\"soft\">Measured minus predicted, of the filter. NIS is the squared residual in units of its "
-      "covariance; beyond the gate a measurement is rejected.</p>\n<section id=\"innovation-charts\"></section>\n";
-  const std::string scripts = charts
-                                  ? fmt::format("<script>\n{}\n</script>\n{}<script>\n{}</script>\n",
-                                                assets::dygraphs_js(), data_script(report, start), assets::report_js())
-                                  : "";
-  return page::render(report.title, subtitle,
-                      {{"summary", "Summary",
-                        (report.verdict != nullptr ? verdict_section(*report.verdict) : "") +
-                            "<div class=\"tables\">\n" + log_table(report) + source_table(*report.filtered) +
-                            rest_table(*report.log, start) + "</div>\n" + estimate_table(best)},
-                       {"plan", "Plan view", "<figure>\n" + plan_view(report) + "</figure>\n"},
-                       {"over-time", "Over time", charts ? over_time : std::string(kNoCharts)},
-                       {"innovations", "Innovations", charts ? innovations : std::string(kNoCharts)},
-                       {"config", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(report.config_text))}},
-                      assets::dygraphs_css(), scripts);
+  const Solution& best = page::best_of(report);
+  const double start = start_of(best), length = best.empty() ? 0 : best.time(best.size() - 1) - start;
+  const std::string subtitle = fmt::format("{} · {} · from time_s {:.3f} · piste {}", escape_markup(time_text(length)),
+                                           length_text(distance(best)), start, escape_markup(report.version));
+  const page::Data data = page::replay_data(report);
+  const bool charts = page::draws() && !best.empty();
+  const std::string notice =
+      "<p id=\"notice\" class=\"bad\" hidden></p>\n<noscript><p class=\"bad\">Plan and charts need JavaScript; the "
+      "tables do "
+      "not.</p></noscript>\n";
+  const std::string over_time = fmt::format(
+      "<p class=\"soft\">Bands are ± 1 sigma; rest is shaded{}. {} Drag to zoom, along one axis or both; pinch or "
+      "Ctrl and wheel zoom as well; double-click to see all. All charts and the plan share their time.</p>\n",
+      report.outages.empty() ? "" : ", withheld GNSS is shaded red", rows_shown(report));
+  return page::render(
+      {.title = report.title,
+       .subtitle = subtitle,
+       .head = head(report, start) + (charts ? notice + std::string(kTools) + first_screen() : std::string(kNoCharts)),
+       .sections = {{"over-time", "Charts", charts ? over_time + page::groups(data) : ""},
+                    {"summary", "Summary",
+                     (report.verdict != nullptr ? verdict_section(*report.verdict) : "") + "<div class=\"tables\">\n" +
+                         log_table(report) + source_table(*report.filtered) + rest_table(*report.log, start) +
+                         "</div>\n" + estimate_table(report)},
+                    {"config", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(report.config_text))}},
+       .style = page::styles(),
+       .scripts = charts ? page::scripts(data) : ""});
 }
 
 }  // namespace piste

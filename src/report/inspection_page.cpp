@@ -154,8 +154,9 @@ std::string inspection_page(const Inspection& inspection, const std::optional<st
     sections.push_back(
         {"configuration", "A configuration for replay", fmt::format("<pre>{}</pre>\n", escape_markup(*config))});
   }
-  return page::render("Inspection", fmt::format("piste {} · {} logs", escape_markup(version), inspection.logs.size()),
-                      sections);
+  return page::render({.title = "Inspection",
+                       .subtitle = fmt::format("piste {} · {} logs", escape_markup(version), inspection.logs.size()),
+                       .sections = sections});
 }
 
 }  // namespace piste

@@ -44,18 +44,22 @@ std::string list(std::string_view heading, const std::vector<std::string>& items
   return out + "</ul>\n";
 }
 
-std::string render(std::string_view title, std::string_view subtitle, const std::vector<Section>& sections,
-                   std::string_view style, std::string_view scripts) {
-  const std::string name = escape_markup(title);
+std::string styles() { return fmt::format("{}{}", assets::dygraphs_css(), assets::leaflet_css()); }
+
+std::string render(const Page& page) {
+  const std::string name = escape_markup(page.title);
   std::string out = "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  out += fmt::format("<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n", name, style, assets::report_css());
-  out += fmt::format("<header><h1>{}</h1>\n<p class=\"soft\">{}</p></header>\n", name, subtitle);
+  out += fmt::format("<title>{}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n", name, page.style,
+                     assets::report_css());
+  out += fmt::format("<header><div><h1>{}</h1>\n<p class=\"soft\" id=\"subtitle\">{}</p></div>\n", name, page.subtitle);
   out += "<nav aria-label=\"Contents\">";
-  for (const Section& s : sections) out += fmt::format("<a href=\"#{}\">{}</a>", s.name, s.heading);
-  out += "</nav>\n<main>\n";
-  for (const Section& s : sections) out += fmt::format("<h2 id=\"{}\">{}</h2>\n{}", s.name, s.heading, s.body);
-  return out + fmt::format("</main>\n{}</body>\n</html>\n", scripts);
+  for (const Section& s : page.sections) out += fmt::format("<a href=\"#{}\">{}</a>", s.name, s.heading);
+  out += fmt::format("</nav></header>\n<main>\n{}", page.head);
+  for (const Section& s : page.sections) {
+    if (!s.body.empty()) out += fmt::format("<h2 id=\"{}\">{}</h2>\n{}", s.name, s.heading, s.body);
+  }
+  return out + fmt::format("</main>\n{}</body>\n</html>\n", page.scripts);
 }
 
 }  // namespace piste::page

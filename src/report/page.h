@@ -28,9 +28,18 @@ std::string pictures(const std::vector<Figure>& figures);
 /// Sentences of plain text under a heading. Empty if there are none.
 std::string list(std::string_view heading, const std::vector<std::string>& items);
 
-/// The whole page: the title, a line of markup below it, links to the sections, and the sections. `style` is placed
-/// before the style of all pages, `scripts` at the end.
-std::string render(std::string_view title, std::string_view subtitle, const std::vector<Section>& sections,
-                   std::string_view style = {}, std::string_view scripts = {});
+/// A page.
+struct Page {
+  std::string title, subtitle;  ///< plain text, and a line of markup below it
+  std::string head = {};        ///< markup before the sections: what was reached, warnings, the first screen
+  std::vector<Section> sections;
+  std::string style = {}, scripts = {};
+};
+
+/// The whole page: title, subtitle, links to the sections, head and sections.
+std::string render(const Page& page);
+
+/// The styles of the libraries that draw.
+std::string styles();
 
 }  // namespace piste::page

@@ -188,7 +188,7 @@ std::string study_html(const Study& study, const std::string& version, const std
   sections.push_back({"methods", "Methods", methods(study)});
   sections.push_back({"reading", "How to read it", std::string(kHowToRead)});
   sections.push_back({"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(config_text))});
-  return page::render(study.name, subtitle, sections);
+  return page::render({.title = study.name, .subtitle = subtitle, .sections = sections});
 }
 
 }  // namespace piste

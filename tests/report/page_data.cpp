@@ -1,56 +1,159 @@
-// What a page shows is what the data are: spread, shares and extremes of residuals, steps of heights, turns of
-// headings.
+// What a page carries is what the data are: columns to their steps, every innovation, charts by their names.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <boost/beast/zlib/inflate_stream.hpp>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "piste/io/solution_io.h"
+#include "piste/replay/replay.h"
 #include "piste/report/html.h"
 #include "piste/sim/random.h"
-#include "report/charts.h"
+#include "report/packed_table.h"
+#include "report/replay_charts.h"
 #include "report/synthetic_run.h"
 #include "support/text_file.h"
 
 namespace piste {
 namespace {
 
-using charts::Chart;
-
-/// The values of a chart as the page has them; null is NaN.
-struct Shown {
-  std::vector<double> time;
-  std::vector<std::string> labels;
-  std::vector<std::vector<double>> curves, sigmas;
-};
-
-std::vector<double> numbers(const YAML::Node& array) {
-  std::vector<double> out;
-  for (const YAML::Node& value : array) out.push_back(value.IsNull() ? std::nan("") : value.as<double>());
-  return out;
-}
-
-Shown shown(const YAML::Node& chart) {
-  Shown out{.time = numbers(chart["time"]), .labels = {}, .curves = {}, .sigmas = {}};
-  for (const YAML::Node& curve : chart["curves"]) {
-    out.labels.push_back(curve["label"].as<std::string>());
-    out.curves.push_back(numbers(curve["value"]));
-    if (curve["sigma"]) out.sigmas.push_back(numbers(curve["sigma"]));
+std::string from_base64(const std::string& text) {
+  static const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  std::uint32_t bits = 0;
+  int have = 0;
+  for (const char c : text) {
+    const std::size_t digit = digits.find(c);
+    if (digit == std::string::npos) break;
+    bits = (bits << 6) | static_cast<std::uint32_t>(digit);
+    have += 6;
+    if (have < 8) continue;
+    have -= 8;
+    out += static_cast<char>((bits >> have) & 0xffU);
   }
   return out;
 }
 
-/// The chart with that title in the list that stands after `list` in the page's script.
-Shown shown(const std::string& page, const std::string& list, const std::string& title) {
-  const std::size_t begin = page.find(list) + list.size(), end = page.find("}\n]", begin) + 3;
-  for (const YAML::Node& chart : YAML::Load(page.substr(begin, end - begin))) {  // JSON is YAML
-    if (chart["title"].as<std::string>() == title) return shown(chart);
+std::string inflated(const std::string& bytes, std::size_t most) {
+  namespace zlib = boost::beast::zlib;
+  zlib::inflate_stream stream;
+  std::string out(most, '\0');
+  zlib::z_params z;
+  z.next_in = bytes.data();
+  z.avail_in = bytes.size();
+  z.next_out = out.data();
+  z.avail_out = out.size();
+  boost::beast::error_code error;
+  stream.write(z, zlib::Flush::finish, error);
+  EXPECT_EQ(z.avail_in, 0U) << error.message();
+  out.resize(z.total_out);
+  return out;
+}
+
+/// The columns of a table as report.js reads them.
+std::map<std::string, std::vector<double>> columns_of(const std::string& json) {
+  const YAML::Node table = YAML::Load(json);  // JSON is YAML
+  const auto rows = table["rows"].as<std::size_t>();
+  const std::string bytes =
+      inflated(from_base64(table["data"].as<std::string>()), 16 * (rows + 1) * table["columns"].size());
+  std::map<std::string, std::vector<double>> out;
+  for (const YAML::Node& column : table["columns"]) {
+    auto at = column["at"].as<std::size_t>();
+    const auto order = column["order"].as<int>();
+    const auto step = column["step"].as<double>();
+    std::array<double, 3> before{};
+    std::vector<double>& values = out[column["name"].as<std::string>()];
+    for (std::size_t i = 0; i < rows; ++i) {
+      double number = 0, weight = 1;
+      unsigned char byte = 0;
+      do {
+        byte = static_cast<unsigned char>(bytes.at(at++));
+        number += (byte & 0x7fU) * weight;
+        weight *= 128;
+      } while ((byte & 0x80U) != 0);
+      if (number == 0) {
+        values.push_back(std::nan(""));
+        continue;
+      }
+      number -= 1;
+      double value = std::fmod(number, 2) == 1 ? -(number + 1) / 2 : number / 2;
+      for (int k = order - 1; k >= 0; --k) {
+        value += before[static_cast<std::size_t>(k)];
+        before[static_cast<std::size_t>(k)] = value;
+      }
+      values.push_back(column["log"].as<bool>() ? std::exp(value * step) : value * step);
+    }
   }
-  ADD_FAILURE() << "no chart " << title;
+  return out;
+}
+
+std::map<std::string, std::vector<double>> table_of(const page::Data& data, const std::string& name) {
+  for (const auto& [table, json] : data.tables) {
+    if (table == name) return columns_of(json);
+  }
+  ADD_FAILURE() << "no table " << name;
   return {};
+}
+
+TEST(PackedTable, KeepsValuesToHalfAStep) {
+  RandomStream random(1, "packed");
+  std::vector<double> smooth, noisy, holes, sigma;
+  for (int i = 0; i < 5000; ++i) {
+    smooth.push_back(1e6 * std::sin(0.001 * i));
+    noisy.push_back(-4e4 + 300 * random.normal());
+    holes.push_back(i % 7 == 3 || i < 2 ? std::nan("") : i * 0.25);
+    sigma.push_back(i == 9 ? 0 : std::exp(4 * random.normal()));
+  }
+  page::PackedTable table;
+  table.add("smooth", smooth, 1e-4);
+  table.add("noisy", noisy, 0.01);
+  table.add("holes", holes, 0.25);
+  table.add_sigma("sigma", sigma);
+  const std::string json = table.json();
+  EXPECT_LT(json.size(), 50'000U);  // of 160 000 bytes as doubles
+  auto there = columns_of(json);
+  ASSERT_EQ(there["smooth"].size(), smooth.size());
+  for (std::size_t i = 0; i < smooth.size(); ++i) {
+    EXPECT_NEAR(there["smooth"][i], smooth[i], 0.501e-4);
+    EXPECT_NEAR(there["noisy"][i], noisy[i], 0.00501);
+    EXPECT_EQ(std::isnan(there["holes"][i]), std::isnan(holes[i])) << i;
+    if (!std::isnan(holes[i])) {
+      EXPECT_EQ(there["holes"][i], holes[i]);
+    }
+    EXPECT_NEAR(there["sigma"][i], sigma[i], 0.0051 * sigma[i] + 1e-14);
+  }
+  EXPECT_EQ(columns_of(page::PackedTable().json()).size(), 0U);
+}
+
+TEST(PackedTable, StepsAreAFiftiethOfTheLeastSigma) {
+  EXPECT_DOUBLE_EQ(page::step_below(std::vector{0.5, 0., 0.1}, 1e-5), 0.002);
+  EXPECT_DOUBLE_EQ(page::step_below(std::vector{1e-6}, 1e-5), 1e-5);
+  EXPECT_DOUBLE_EQ(page::step_below({}, 1e-5), 1e-5);
+}
+
+TEST(PageData, BytesBecomeText) {
+  EXPECT_EQ(page::base64(""), "");
+  EXPECT_EQ(page::base64("f"), "Zg==");
+  EXPECT_EQ(page::base64("fo"), "Zm8=");
+  EXPECT_EQ(page::base64("foobar"), "Zm9vYmFy");
+  std::string bytes;
+  for (int i = 0; i < 100'000; ++i) bytes += static_cast<char>(i * i % 251);
+  EXPECT_EQ(inflated(page::deflated(bytes), bytes.size() + 1), bytes);
+}
+
+page::Data data_of(const Log& log, const Solution& filtered, const Solution* smoothed = nullptr, double rate = 0) {
+  return page::replay_data({.title = "run",
+                            .version = "1",
+                            .config_text = "",
+                            .log = &log,
+                            .filtered = &filtered,
+                            .smoothed = smoothed,
+                            .rate = rate});
 }
 
 Sigmas no_sigmas() {
@@ -59,163 +162,116 @@ Sigmas no_sigmas() {
   return s;
 }
 
-std::string page_of(const Log& log, const Solution& filtered) {
-  return html_report({.title = "run", .version = "1", .config_text = "", .log = &log, .filtered = &filtered});
-}
-
-/// Root mean square, shares beyond 1 and 2, and extremes.
-std::vector<double> statistics(const std::vector<double>& values) {
-  double square = 0, beyond_1 = 0, beyond_2 = 0;
-  for (const double v : values) {
-    square += v * v;
-    beyond_1 += std::abs(v) > 1 ? 1 : 0;
-    beyond_2 += std::abs(v) > 2 ? 1 : 0;
+// Every row of the file is on the page: to a hundredth of its sigma, its sigma to half a per cent.
+TEST(PageData, RowsAreThoseOfTheFiles) {
+  const auto run = test::synthetic_run(50);
+  const page::Data data = data_of(run.log, run.filtered, &run.smoothed);
+  const NumberTable file = navigation_table(run.smoothed);
+  auto page = table_of(data, "smoothed");
+  const std::size_t width = file.names.size(), rows = file.values.size() / width;
+  for (const auto& [value, sigma] : {std::pair{"height_m", "sigma_down_m"},
+                                     {"velocity_east_m_s", "sigma_velocity_east_m_s"},
+                                     {"heading_deg", "sigma_heading_deg"}}) {
+    const auto of = [&](const char* name) { return std::ranges::find(file.names, name) - file.names.begin(); };
+    ASSERT_EQ(page[value].size(), rows);
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double *row = &file.values[i * width], s = row[of(sigma)];
+      ASSERT_NEAR(page[value][i], row[of(value)], 0.0101 * s + 1e-5);
+      ASSERT_NEAR(page[sigma][i], s, 0.0051 * s);
+      ASSERT_NEAR(page["time_s"][i], row[0], 1e-6);
+    }
   }
-  const auto n = static_cast<double>(values.size());
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return {std::sqrt(square / n), beyond_1 / n, beyond_2 / n, *low, *high};
+  for (const char* chart : {"roll", "pitch", "heading", "velocity_north", "velocity_east", "height"}) {
+    std::string shortest;
+    for (const page::Chart& c : data.charts) {
+      if (c.name.find(chart) != std::string::npos && (shortest.empty() || c.name.size() < shortest.size()))
+        shortest = c.name;
+    }
+    EXPECT_EQ(shortest, chart);
+  }
+  EXPECT_EQ(table_of(data_of(run.log, run.filtered, nullptr, 10), "filtered")["time_s"].size(), 1601U) << "at 10 Hz";
 }
 
-TEST(PageData, ResidualsOfAnHourHaveTheSpreadAndTheSharesOfTheData) {
+// Beyond 100 000 rows a page has every n-th, and says so.
+TEST(PageData, ALongRunHasItsRowsAtALowerRate) {
+  EXPECT_EQ(rows_apart(kKeptRows), 1U);
+  for (const std::size_t all : {kKeptRows + 1, std::size_t{360'000}, std::size_t{36'000'000}}) {
+    EXPECT_LE(all / rows_apart(all) + 2, kKeptRows / 2) << all;
+  }
   Log log;
   Solution run{StateLayout(), World()};
+  const std::size_t all = kKeptRows + 10;
+  for (std::size_t i = 0; i < all; ++i) run.append(0.01 * static_cast<double>(i), {}, no_sigmas());
+  log.imu.resize(all);
+  for (std::size_t i = 0; i < all; ++i) log.imu[i] = {.time = 0.01 * static_cast<double>(i), .interval = 0.01};
+  const page::Data data = data_of(log, run);
+  EXPECT_EQ(table_of(data, "filtered")["time_s"].size(), all / 3 + 1);
+  EXPECT_LE(table_of(data, "motion")["time_s"].size(), 20'001U);
+  const std::string page =
+      html_report({.title = "run", .version = "1", .config_text = "", .log = &log, .filtered = &run});
+  EXPECT_TRUE(test::contains(page, "Curves hold 33337 of the run's 100010 rows, 33.3 a second"));
+}
+
+// Between the samples of an interval a signal may reach further than its mean: least and largest are there.
+TEST(PageData, SignalsKeepTheirExtremes) {
+  Log log;
+  Solution run{StateLayout(), World()};
+  constexpr std::size_t kSamples = 50'000;
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const double t = 0.01 * static_cast<double>(i);
+    log.imu.push_back(
+        {.time = t, .interval = 0.01, .dtheta = Vector3d(0, 0, i == 4321 ? 0.02 : 0.01), .dvel = Vector3d::Zero()});
+    if (i % 100 == 0) run.append(t, {}, no_sigmas());
+  }
+  auto motion = table_of(data_of(log, run), "motion");
+  const auto [low, high] = std::ranges::minmax(motion["rate_z_most"]);
+  EXPECT_NEAR(low, kDegreesPerRadian, 1e-2);
+  EXPECT_NEAR(high, 2 * kDegreesPerRadian, 1e-2);
+  EXPECT_LT(std::ranges::max(motion["rate_z"]), 1.5 * kDegreesPerRadian);
+}
+
+TEST(PageData, EveryInnovationIsThere) {
+  Log log;
+  log.gnss.resize(1);
+  Solution run{StateLayout(), World()};
   run.append(0, {}, no_sigmas());
-  run.sources = {"gnss[0].position", "rest.rate"};
+  run.append(100, {}, no_sigmas());
+  run.sources = {"gnss[0].position", "rest.rate", "barometer"};
   RandomStream random(1, "residuals");
-  std::vector<std::vector<double>> data(3);
-  double rejected = 0;
   constexpr int kFixes = 36000;
   for (int i = 0; i < kFixes; ++i) {
     const Vector3d sigma(0.02, 0.02, 0.03), z = (i % 50 == 7 ? 3 : 1) * random.normal3();
     const bool out = z.squaredNorm() > 16.27;
-    rejected += out ? 1 : 0;
-    for (int a = 0; a < 3; ++a) data[static_cast<std::size_t>(a)].push_back(z(a));
+    log.gnss[0].push_back(
+        {.time = 0.1 * i + 0.02, .position = Vector3d(i, -i, 3), .sigma_position = sigma, .velocity = {}});
     run.innovations.push_back({.time = 0.1 * i,
                                .source = 0,
                                .residual = z.cwiseProduct(sigma),
                                .sigma = sigma,
                                .nis = z.squaredNorm(),
                                .gate = 16.27,
-                               .outcome = out ? Outcome::kRejected : Outcome::kUsed});
+                               .outcome = out ? Outcome::kRejected : Outcome::kUsed,
+                               .late = 0.02});
   }
   run.innovations.push_back({.time = 1, .source = 1, .residual = {1, 1, 1}, .sigma = {1, 1, 1}, .nis = 3});
-  const std::string page = page_of(log, run);
-  EXPECT_LT(page.size(), 2'000'000U);
-  const Shown residuals = shown(page, "innovations: ", "gnss[0].position: residual over its sigma");
-  EXPECT_EQ(residuals.labels, (std::vector<std::string>{"north", "east", "down"}));
-  EXPECT_LT(residuals.time.size(), 3000U);
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto there = statistics(data[a]), here = statistics(residuals.curves.at(a));
-    for (std::size_t k = 0; k < there.size(); ++k)
-      EXPECT_NEAR(here[k], there[k], 0.02 * std::abs(there[k])) << residuals.labels[a] << ", statistic " << k;
+  run.innovations.push_back({.time = 2, .source = 2, .dof = 1, .residual = {1, 0, 0}, .sigma = {1, 1, 1}, .nis = 1});
+  const page::Data data = data_of(log, run);
+  auto fixes = table_of(data, "source_0");
+  ASSERT_EQ(fixes["time_s"].size(), static_cast<std::size_t>(kFixes));
+  for (std::size_t i = 0; i < kFixes; ++i) {
+    const Innovation& v = run.innovations[i];
+    ASSERT_NEAR(fixes["residual_3"][i], v.residual.z(), 0.0101 * v.sigma.z());
+    ASSERT_NEAR(fixes["sigma_1"][i], v.sigma.x(), 0.0051 * v.sigma.x());
+    ASSERT_NEAR(fixes["nis"][i], v.nis, 0.0051 * v.nis);
+    ASSERT_EQ(fixes["outcome"][i], static_cast<double>(v.outcome));
+    ASSERT_NEAR(fixes["north_m"][i], static_cast<double>(i), 1e-5) << "the fix, although it was late";
   }
-  const Shown nis = shown(page, "innovations: ", "gnss[0].position: NIS");
-  ASSERT_EQ(nis.labels, (std::vector<std::string>{"used", "rejected", "gate"}));
-  const auto dots =
-      std::count_if(nis.curves[1].begin(), nis.curves[1].end(), [](double v) { return std::isfinite(v); });
-  EXPECT_NEAR(static_cast<double>(dots) / static_cast<double>(nis.time.size()), rejected / kFixes,
-              0.02 * rejected / kFixes + 1e-3);
-  EXPECT_EQ(shown(page, "innovations: ", "rest.rate: residual over its sigma").labels,
-            (std::vector<std::string>{"x", "y", "z"}));
+  EXPECT_EQ(table_of(data, "source_1").count("residual_3"), 1U);
+  EXPECT_EQ(table_of(data, "source_2").count("residual_2"), 0U) << "a height has one row";
 }
 
-TEST(PageData, ResidualsHaveTheAxesThatAreMeasured) {
-  Log log;
-  Solution run{StateLayout(), World()};
-  run.append(0, {}, no_sigmas());
-  const std::vector<std::pair<std::string, std::vector<std::string>>> sources{{"gnss[0].velocity", {"north", "east"}},
-                                                                              {"vehicle.right", {"right"}},
-                                                                              {"vehicle.down", {"down"}},
-                                                                              {"odometer", {"forward"}},
-                                                                              {"barometer", {"height"}},
-                                                                              {"heading", {"heading", "pitch"}},
-                                                                              {"parity[1].accel", {"x", "y", "z"}}};
-  for (const auto& [name, axes] : sources) {
-    const auto rows = static_cast<int>(axes.size());
-    const auto source = static_cast<int>(run.sources.size());
-    run.sources.push_back(name);
-    // The filter has 0 and 1 beyond the rows.
-    for (int i = 0; i < 3; ++i) {
-      Innovation z{.time = 0.1 * i,
-                   .source = source,
-                   .dof = rows,
-                   .residual = Vector3d::Zero(),
-                   .sigma = Vector3d::Ones(),
-                   .nis = 1};
-      z.residual.head(rows).setConstant(i + 1);
-      run.innovations.push_back(z);
-    }
-  }
-  const std::string page = page_of(log, run);
-  for (const auto& [name, axes] : sources)
-    EXPECT_EQ(shown(page, "innovations: ", name + ": residual over its sigma").labels, axes) << name;
-}
-
-TEST(PageData, HeightsHaveNoStepsThatTheirSigmasWouldShow) {
+TEST(PageData, NumbersHaveNoExponents) {
   const auto run = test::synthetic_run(20);
-  const World world({0.81, 0.12, 4000});
-  Solution high{StateLayout(), world};
-  for (int i = 0; i < 500; ++i) {
-    Estimate x;
-    x.p_wb.z() = -0.0004 * i;
-    Sigmas s = no_sigmas();
-    s.position.setConstant(0.003);
-    high.append(i, x, s);
-  }
-  const Shown height = shown(page_of(run.log, high), "\"filtered\": ", "Height above the ellipsoid");
-  ASSERT_EQ(height.time.size(), high.size());
-  for (std::size_t i = 0; i < high.size(); ++i)
-    EXPECT_NEAR(height.curves[0][i], high.navigation(i).position.height, 0.0003) << i;
-}
-
-TEST(PageData, AHeadingThatTurnsStaysWithinItsChart) {
-  Solution turning{StateLayout(), World()};
-  constexpr int kEpochs = 20000;
-  constexpr double kStep = 0.36;  // deg: twenty turns
-  Sigmas s = no_sigmas();
-  s.euler.setConstant(0.01);
-  for (int i = 0; i < kEpochs; ++i) {
-    Estimate x;
-    x.q_wb = from_euler(Vector3d(0.05 * std::sin(0.01 * i), 0, i * kStep * kDegree));
-    turning.append(i, x, s);
-  }
-  const std::string page = page_of({}, turning);
-  const Shown heading = shown(page, "\"filtered\": ", "Attitude: heading");
-  int breaks = 0;
-  for (std::size_t i = 0; i < heading.time.size(); ++i) {
-    const double value = heading.curves[0][i];
-    if (std::isnan(value)) {
-      ++breaks;
-      continue;
-    }
-    EXPECT_LE(std::abs(value), 200);
-    EXPECT_NEAR(std::remainder(value - kStep * heading.time[i], 360), 0, 0.01);
-    if (i > 0 && !std::isnan(heading.curves[0][i - 1])) {
-      EXPECT_GE(value, heading.curves[0][i - 1]);
-    }
-  }
-  EXPECT_EQ(breaks, 20);
-  const Shown roll = shown(page, "\"filtered\": ", "Attitude: roll");
-  EXPECT_NEAR(*std::max_element(roll.curves[0].begin(), roll.curves[0].end()), 0.05 * kDegreesPerRadian, 0.01);
-}
-
-TEST(PageData, HasNoEmptyChartAndNoExponents) {
-  auto run = test::synthetic_run(20);
-  const auto titles = [&](const Solution& s) {
-    std::vector<std::string> all;
-    for (const Chart& chart : charts::of_solution(s, s.time(0))) all.push_back(chart.title);
-    return all;
-  };
-  const auto has = [](const std::vector<std::string>& all, const std::string& title) {
-    return std::find(all.begin(), all.end(), title) != all.end();
-  };
-  EXPECT_TRUE(has(titles(run.filtered), "Sigma of velocity"));
-  Solution certain{StateLayout(), World()};  // its sigmas are 0, which a logarithmic scale does not have
-  certain.append(0, {}, no_sigmas());
-  EXPECT_FALSE(has(titles(certain), "Sigma of velocity"));
-  EXPECT_TRUE(has(titles(certain), "Velocity"));
-  EXPECT_TRUE(charts::of_solution(Solution(StateLayout(), World()), 0).empty());
-
   const std::array blocks{Block::kGyroScale};
   Solution scaled{StateLayout(blocks), World()};
   Estimate x;
@@ -223,8 +279,13 @@ TEST(PageData, HasNoEmptyChartAndNoExponents) {
   Sigmas s = no_sigmas();
   s.blocks.segment<3>(full_offset(Block::kGyroScale)) = Vector3d(5.3e-4, 2e-3, 1e-5);
   scaled.append(0, x, s);
-  const std::string page = page_of(run.log, scaled);
+  const std::string page =
+      html_report({.title = "run", .version = "1", .config_text = "", .log = &run.log, .filtered = &scaled});
   for (const char* text : {"x: -22620 ± 530", "y: 10000 ± 2000", "z: 0 ± 10"}) EXPECT_TRUE(test::contains(page, text));
+  EXPECT_TRUE(page::replay_data({.title = "", .version = "", .config_text = "", .log = &run.log, .filtered = &scaled})
+                  .charts.size() > 5);
+  const Solution empty{StateLayout(), World()};
+  EXPECT_TRUE(data_of(run.log, empty).charts.empty());
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "piste/consistency/verdict.h"
 #include "piste/core/log.h"
@@ -50,8 +51,10 @@ class RowMeans {
 ///
 /// Everything except `cpu_s` and `wall_s` is the same at every replay.
 ///
-/// `means`: over all rows, if `filtered` has only a part of them; null: `filtered` has all rows.
+/// `means`: over all rows, if `filtered` has only a part of them; null: `filtered` has all rows. `warnings`: of the
+/// run, as terminal and page have them.
 std::string summary_json(const Log& log, const Solution& filtered, const Solution* smoothed, const Verdict& verdict,
-                         const RunTimes& times, const RowMeans* means = nullptr, std::optional<int> week = {});
+                         const RunTimes& times, const RowMeans* means = nullptr, std::optional<int> week = {},
+                         const std::vector<std::string>& warnings = {});
 
 }  // namespace piste

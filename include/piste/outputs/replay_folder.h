@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "piste/consistency/verdict.h"
 #include "piste/files/output.h"
@@ -11,6 +12,10 @@
 #include "piste/replay/replay.h"
 
 namespace piste {
+
+/// All that a replay warns of, as terminal, page, summary.json and Python have it: what `inspect` left at the head of
+/// the configuration, run_warnings(), a batch that did not converge, and a verdict that is not good.
+std::vector<std::string> replay_warnings(const ReplayConfig& config, const Replay& run, const Verdict& verdict);
 
 /// `report.html` of a replay.
 std::string replay_page(const ReplayConfig& config, const Replay& run, const Verdict& verdict);

@@ -52,9 +52,11 @@ struct ReplayOptions {
   /// Receivers of rows that need not stay in memory. Not used with a batch.
   RowStreams streams = {};
 };
-/// A solution whose rows were streamed keeps every n-th row and the last one, at most so many rows: more than a page
-/// can show. It has no history.
-inline constexpr std::size_t kKeptRows = 40000;
+/// As many rows of a solution as a page has. A solution whose rows were streamed keeps no more than these: all, or
+/// every n-th row and the last one. It has no history.
+inline constexpr std::size_t kKeptRows = 100000;
+/// This n for so many rows: 1, or so large that at most half as many remain, to keep the page of a long run small.
+constexpr std::size_t rows_apart(std::size_t all) { return all <= kKeptRows ? 1 : 1 + 2 * all / kKeptRows; }
 
 /// The result of a replay: the input of the filter and its output.
 struct Replay {

@@ -1,0 +1,103 @@
+#include "report/page_data.h"
+
+#include <fmt/format.h>
+
+#include <span>
+
+#include "io/json.h"
+#include "piste/math/units.h"
+#include "plot/markup.h"
+#include "report/assets.h"
+
+namespace piste::page {
+namespace {
+
+constexpr int kTimeDigits = 16;
+
+std::string intervals(std::span<const Interval> of) {
+  std::vector<std::string> out;
+  for (const Interval& i : of) {
+    out.push_back(json::array({json::number(i.start, kTimeDigits), json::number(i.end, kTimeDigits)}));
+  }
+  return json::array(out);
+}
+
+std::string curve(const Curve& c) {
+  json::Members members{{"label", json::string(c.label)}, {"value", json::string(c.value)}};
+  for (const auto& [name, column] : {std::pair{"sigma", c.sigma}, {"low", c.low}, {"high", c.high}}) {
+    if (!column.empty()) members.emplace_back(name, json::string(column));
+  }
+  return json::object(members);
+}
+
+std::string chart(const Chart& c) {
+  std::vector<std::string> curves;
+  for (const Curve& of : c.curves) curves.push_back(curve(of));
+  return json::object({{"name", json::string(c.name)},
+                       {"title", json::string(c.title)},
+                       {"unit", json::string(c.unit)},
+                       {"table", json::string(c.table)},
+                       {"points", json::boolean(c.points)},
+                       {"log", json::boolean(c.log)},
+                       {"turn", json::number(c.turn)},
+                       {"levels", json::numbers(c.levels)},
+                       {"curves", json::array(curves)}});
+}
+
+std::string text(const Data& data) {
+  json::Members tables;
+  std::vector<std::string> charts;
+  for (const auto& [name, table] : data.tables) tables.emplace_back(name, table);
+  for (const Chart& c : data.charts) charts.push_back(chart(c));
+  std::string origin = "null";
+  if (data.origin) {
+    origin = json::array({json::number(kDegreesPerRadian * data.origin->latitude, kTimeDigits),
+                          json::number(kDegreesPerRadian * data.origin->longitude, kTimeDigits),
+                          json::number(data.origin->height, kTimeDigits)});
+  }
+  return json::object({{"start", json::number(data.start, kTimeDigits)},
+                       {"end", json::number(data.end, kTimeDigits)},
+                       {"week", data.week ? fmt::format("{}", *data.week) : "null"},
+                       {"origin", origin},
+                       {"rest", intervals(data.rest)},
+                       {"outages", intervals(data.outages)},
+                       {"sources", json::strings(data.sources)},
+                       {"charts", json::array(charts)},
+                       {"tables", json::object(tables)}},
+                      1);
+}
+
+}  // namespace
+
+bool draws() { return !assets::dygraphs_js().empty() && !assets::leaflet_js().empty(); }
+
+std::string scripts(const Data& data) {
+  if (!draws()) return {};
+  return fmt::format(
+      "<script type=\"application/json\" "
+      "id=\"page-data\">{}</script>\n<script>\n{}\n</script>\n<script>\n{}\n</script>\n"
+      "<script>\n{}</script>\n",
+      text(data), assets::dygraphs_js(), assets::leaflet_js(), assets::report_js());
+}
+
+std::string place(std::string_view chart) {
+  return fmt::format("<div class=\"place\" data-chart=\"{}\"></div>\n", chart);
+}
+
+std::string groups(const Data& data) {
+  std::string out;
+  for (const Group& group : data.groups) {
+    std::string places;
+    for (const Chart& c : data.charts) {
+      if (c.group == group.name) places += place(c.name);
+    }
+    if (places.empty()) continue;
+    out += fmt::format("<details class=\"group\" id=\"{}\"{}>\n<summary><h3>{}</h3></summary>\n", group.name,
+                       group.open ? " open" : "", escape_markup(group.title));
+    if (!group.note.empty()) out += fmt::format("<p class=\"soft\">{}</p>\n", escape_markup(group.note));
+    out += fmt::format("<div class=\"charts\">\n{}</div>\n</details>\n", places);
+  }
+  return out;
+}
+
+}  // namespace piste::page

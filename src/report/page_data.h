@@ -1,0 +1,68 @@
+#pragma once
+/// What the script of a page draws: tables of numbers and the charts of their columns.
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "piste/core/log.h"
+
+namespace piste::page {
+
+/// One curve of a chart. Names are those of columns of the chart's table.
+struct Curve {
+  std::string label, value;
+  std::string sigma = "";           ///< half of the band; empty: no band
+  std::string low = "", high = "";  ///< the band, if not by a sigma
+};
+
+/// Curves over time in one unit.
+///
+/// Instead of a column, a value may be `hypot:A,B,C` of columns, `detail:A`, which is A less its running mean, or
+/// `change:A`, which is A of the table `filtered` less A of `smoothed`.
+struct Chart {
+  std::string name;   ///< by which a script finds it; a word
+  std::string title;  ///< for a reader
+  std::string unit;
+  std::string group;  ///< a Group's name; empty: on the first screen
+  std::string table;  ///< `solution` and `biases` stand for what the reader chooses, smoothed or filtered
+  std::vector<Curve> curves;
+  bool points = false;              ///< dots instead of lines
+  bool log = false;                 ///< a logarithmic scale of the values
+  std::vector<double> levels = {};  ///< dashed lines, such as ± the prior
+  double turn = 0;  ///< length of a whole turn: the line breaks where the value wraps around; 0: it does not
+};
+
+/// Charts that fold as one.
+struct Group {
+  std::string name, title;
+  std::string note = "";  ///< a sentence below the title
+  bool open = false;
+};
+
+/// All of it. Times are in the clock of the tables' columns `time_s`.
+struct Data {
+  double start = 0, end = 0;
+  std::optional<int> week = {};                             ///< GPS week of time 0, where it is known
+  std::vector<std::pair<std::string, std::string>> tables;  ///< by name, as PackedTable::json()
+  std::vector<Group> groups;
+  std::vector<Chart> charts;
+  std::vector<Interval> rest = {}, outages = {};
+  std::vector<std::string> sources = {};  ///< names, by the column `source` of the table `innovations`
+  std::optional<Geodetic> origin = {};    ///< of `north_m` and `east_m`: there is a plan
+};
+
+/// Whether the libraries that draw were there when this was built.
+bool draws();
+
+/// The data and the scripts that draw them; empty without the libraries.
+std::string scripts(const Data& data);
+
+/// The places of the charts of each group, with contents.
+std::string groups(const Data& data);
+
+/// The place of one chart outside of the groups.
+std::string place(std::string_view chart);
+
+}  // namespace piste::page
