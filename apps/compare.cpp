@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app.h"
-#include "piste/files/findings.h"
 #include "piste/outputs/batch_folders.h"
 #include "piste/report/alignment_text.h"
 #include "piste/report/findings_text.h"
@@ -16,9 +15,8 @@ void run(const AppArguments& arguments, Progress& progress) {
   OutputFolder output(arguments.output);
   std::string text;
   for_each_pair(config, progress.counted("align", "IMUs"), [&](const AlignedPair& pair) {
-    write_alignment(output, config, pair);
     const Findings found = findings_of(config, pair);
-    output.write(pair.folder + "findings.json", findings_json(found, pair.alignment));
+    write_alignment(output, config, pair, &found);
     text += fmt::format("{}\n{}\n{}\n", pair.imu.name, alignment_text(pair.alignment), findings_text(found));
   });
   progress.clear();

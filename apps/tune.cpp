@@ -10,6 +10,7 @@
 #include "app.h"
 #include "piste/configuration/replay_config.h"
 #include "piste/files/tuning.h"
+#include "piste/outputs/folders.h"
 
 namespace piste {
 namespace {
@@ -25,7 +26,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   const Tuning found = tune(read_recording(config), replay_options(config), how,
                             [&](double part) { progress.update(static_cast<std::size_t>(kSteps * part)); });
   progress.clear();
-  write_tuning(output, config, found);
+  write_tune(output, config, found);
   output.commit();
   say(arguments, fmt::format("{}written to {}", tuning_text(found), output.folder().string()));
 }

@@ -116,6 +116,7 @@
 #include "piste/report/inspection_page.h"
 #include "piste/report/inspection_text.h"
 #include "piste/report/kml.h"
+#include "piste/report/tuning_page.h"
 #include "piste/search/inspect.h"
 #include "piste/search/rounds.h"
 #include "piste/search/tune.h"

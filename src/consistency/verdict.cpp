@@ -58,7 +58,16 @@ struct Series {
     const auto count = static_cast<double>(all.size());
     s.rejected = static_cast<double>(rejected) / count;
     s.ratio = median(all);
-    s.holds = s.rejected <= kMostRejected && fits(kMedian, s.ratio);
+    if (s.rejected > kMostRejected) {
+      s.reasons.push_back(fmt::format("{:.0f} % of its {} measurements are rejected; up to {:.0f} % may be",
+                                      100 * s.rejected, s.fixes, 100 * kMostRejected));
+    }
+    if (!fits(kMedian, s.ratio)) {
+      s.reasons.push_back(
+          fmt::format("the median square of its innovations is {} times that of true sigmas; {} to {} times may be",
+                      plain(s.ratio, 3), kMedian.low, kMedian.high));
+    }
+    s.holds = s.reasons.empty();
     if (used.size() < kFewestMeasurements) return s;
     s.nis = mean(used);
     s.nis_error = standard_error_of_series(used);
@@ -69,8 +78,16 @@ struct Series {
       const double rho = power > 0 ? autocovariance(x, 1, 0) / power : 0;
       if (std::abs(rho) > std::abs(s.whiteness)) s.whiteness = rho;
     }
-    const bool mean_holds = fits(kNis, s.nis) || std::abs(s.nis - 1) < kSure * s.nis_error;
-    s.holds = s.holds && mean_holds && std::abs(s.whiteness) < std::max(kWhite, s.band);
+    if (!fits(kNis, s.nis) && std::abs(s.nis - 1) >= kSure * s.nis_error) {
+      s.reasons.push_back(fmt::format("the mean square of its innovations, in sigmas, is {} ± {}; {} to {} may be",
+                                      plain(s.nis, 3), plain(s.nis_error, 2), kNis.low, kNis.high));
+    }
+    if (const double most = std::max(kWhite, s.band); std::abs(s.whiteness) >= most) {
+      s.reasons.push_back(
+          fmt::format("its innovations follow each other with a correlation of {:.2f}; up to ± {} may be", s.whiteness,
+                      plain(most, 2)));
+    }
+    s.holds = s.reasons.empty();
     return s;
   }
 };

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "io/row_rate.h"
 #include "piste/io/solution_io.h"
 #include "piste/math/units.h"
 
@@ -48,7 +49,7 @@ void write_points(OutputFolder& output, const Replay& run, const ReplayConfig& c
   if (points.empty() && !config.output.covariance) return;
   const std::string stem = run.smoothed ? "smoothed" : "filtered";
   // A solution of each point takes the columns of smoothed.csv, and is filled from its end.
-  const std::vector<std::size_t> rows = rows_at_rate(run.solution(), config.rates.navigation);
+  const std::vector<std::size_t> rows = rows_at(run.solution(), config.rates.navigation);
   std::vector<std::vector<PlacedPoint>> placed(points.size());
   std::vector<std::string> covariances;
   placed_rows(run, rows, [&](std::size_t, const PlacedState& state) {

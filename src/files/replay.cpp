@@ -30,7 +30,8 @@ RowFiles::~RowFiles() = default;
 RowStreams RowFiles::streams() {
   return {.filtered = [this](const Solution& rows, std::size_t) { add(rows, false); },
           .smoothed = [this](const Solution& rows, std::size_t) { add(rows, true); },
-          .scratch = smoothed_ ? output_.folder() : std::filesystem::path()};
+          .scratch = smoothed_ ? output_.folder() : std::filesystem::path(),
+          .rate = rates_.navigation};
 }
 
 void RowFiles::begin(const Solution& rows, bool smoothed) {

@@ -158,10 +158,14 @@ std::string tuning_text(const Tuning& tuning) {
   return text;
 }
 
-void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
+std::string tuned_sensor(const ReplayConfig& config, const Tuning& tuning) {
   // The filter has the sensor along the body's axes; the file has it along the sensor's own axes.
   const ImuSensor sensor = turned(tuning.noise.sensor, config.imu.conditioning.R_bs.transpose());
-  output.write("sensor.yaml", sensor_text(rounded(sensor, kDigits)));
+  return sensor_text(rounded(sensor, kDigits));
+}
+
+void write_tuning(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
+  output.write("sensor.yaml", tuned_sensor(config, tuning));
   output.write("replay.yaml", replay_yaml(config, tuning, output.folder()));
   output.write("tune.json", tune_json(tuning));
 }

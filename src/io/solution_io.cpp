@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "io/csv.h"
+#include "io/row_rate.h"
 #include "math/geoid.h"
 #include "math/gps_time.h"
 #include "piste/math/units.h"
@@ -19,30 +20,6 @@ namespace piste {
 
 // What RowCsv holds.
 namespace row_csv {
-
-// Which rows are written at a rate [Hz], 0 being that of the IMU. An epoch is taken if neither of its neighbours is
-// nearer to the same multiple of 1 / rate.
-class AtRate {
- public:
-  explicit AtRate(double rate) : rate_(rate) {}
-  bool all() const { return rate_ == 0; }
-  /// The next row's time. Returns whether the row before it is written.
-  bool next(double time) {
-    const double at = time * rate_, place = std::round(at), off = std::abs(at - place);
-    const bool rival = place == place_, taken = waits_ && !beaten_ && !(rival && off < off_);
-    beaten_ = waits_ && rival && off_ <= off;
-    waits_ = true;
-    place_ = place;
-    off_ = off;
-    return taken;
-  }
-  /// Whether the last row is written.
-  bool last() const { return waits_ && !beaten_; }
-
- private:
-  double rate_, place_ = 0, off_ = 0;
-  bool waits_ = false, beaten_ = false;
-};
 
 struct BiasRow {
   std::vector<Quantity> quantities;
@@ -79,23 +56,9 @@ class ExtraColumns {
 
 }  // namespace row_csv
 
-std::vector<std::size_t> rows_at_rate(const Solution& solution, double rate) {
-  std::vector<std::size_t> rows;
-  row_csv::AtRate at(rate);
-  for (std::size_t i = 0; i < solution.size(); ++i) {
-    if (at.all()) {
-      rows.push_back(i);
-    } else if (at.next(solution.time(i))) {
-      rows.push_back(i - 1);
-    }
-  }
-  if (!at.all() && at.last()) rows.push_back(solution.size() - 1);
-  return rows;
-}
-
 namespace {
 
-using row_csv::AtRate, row_csv::BiasRow, row_csv::ExtraColumns;
+using row_csv::BiasRow, row_csv::ExtraColumns;
 
 constexpr int kTimeDecimals = 6, kDegreeDecimals = 7;
 
@@ -120,8 +83,6 @@ void add_columns(std::vector<CsvColumn>& columns, const Quantity& q, std::string
     columns.push_back({fmt::format("{}{}{}_{}", prefix, q.name, axis, column_unit(row.unit)), decimals_of(q.block)});
   }
 }
-
-std::vector<std::size_t> rows_at(const Solution& solution, double rate) { return rows_at_rate(solution, rate); }
 
 std::vector<CsvColumn> navigation_columns() {
   constexpr int kMetres = 5, kDegrees = kDegreeDecimals, kPlace = 10;
@@ -362,7 +323,7 @@ struct RowCsv::Writer {
   BiasRow biases;
   mutable ExtraColumns extras;  // remembers a zone
   std::vector<CsvColumn> columns;
-  AtRate at;
+  RowRate at;
   std::vector<double> row, waiting;  // `waiting`: the last row so far
   CsvWriter csv;
 };

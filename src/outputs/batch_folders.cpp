@@ -6,6 +6,7 @@
 #include "piste/core/version.h"
 #include "piste/files/alignment.h"
 #include "piste/files/allan.h"
+#include "piste/files/findings.h"
 #include "piste/files/study.h"
 #include "piste/report/alignment_page.h"
 #include "piste/report/allan_page.h"
@@ -23,7 +24,8 @@ void write_figures(OutputFolder& output, const std::string& prefix, const std::v
 
 }  // namespace
 
-void write_alignment(OutputFolder& output, const AlignConfig& config, const AlignedPair& pair) {
+void write_alignment(OutputFolder& output, const AlignConfig& config, const AlignedPair& pair,
+                     const Findings* findings) {
   output.write(pair.folder + "alignment.json", alignment_json(pair.alignment));
   output.write(pair.folder + "aligned.csv", aligned_csv(pair.aligned));
   const AlignmentPicture picture{.title = pair.imu.name,
@@ -34,9 +36,11 @@ void write_alignment(OutputFolder& output, const AlignConfig& config, const Alig
                                  .body = &pair.body,
                                  .reference = &pair.reference,
                                  .low_pass = pair.alignment.low_pass,
-                                 .sensor = pair.imu.source.sensor};
+                                 .sensor = pair.imu.source.sensor,
+                                 .findings = findings};
   output.write(pair.folder + "alignment.html", alignment_html(picture));
   write_figures(output, pair.folder, alignment_figures(picture));
+  if (findings != nullptr) output.write(pair.folder + "findings.json", findings_json(*findings, pair.alignment));
 }
 
 void write_study(OutputFolder& output, const StudyConfig& config, const Study& study) {

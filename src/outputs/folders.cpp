@@ -12,10 +12,12 @@
 #include "piste/core/version.h"
 #include "piste/diagnosis/diagnose.h"
 #include "piste/files/consistency.h"
+#include "piste/files/tuning.h"
 #include "piste/replay/replay.h"
 #include "piste/report/consistency_page.h"
 #include "piste/report/inspection_page.h"
 #include "piste/report/inspection_text.h"
+#include "piste/report/tuning_page.h"
 #include "piste/search/rounds.h"
 
 namespace piste {
@@ -128,6 +130,11 @@ void write_simulation(OutputFolder& output, const std::string& prefix, const Sce
   if (!aids.height.fixes.empty()) output.write(prefix + aids.height.file, height_csv(aids.height));
   if (!aids.heading.fixes.empty()) output.write(prefix + aids.heading.file, heading_csv(aids.heading));
   output.write(prefix + "truth.json", truth_json(scenario, simulation, seed));
+}
+
+void write_tune(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
+  output.write("tune.html", tuning_page(tuning, config.file.stem().string(), tuned_sensor(config, tuning), version()));
+  write_tuning(output, config, tuning);  // last, as tune.json says that all is there
 }
 
 void write_consistency(OutputFolder& output, const ConsistencyReport& report, const std::string& title,

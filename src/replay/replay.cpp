@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "filter/reference.h"
+#include "io/row_rate.h"
 #include "piste/condition/pipeline.h"
 #include "piste/consistency/verdict.h"
 #include "piste/core/error.h"
@@ -37,26 +40,42 @@ Log conditioned(AnyRecording&& recording, ReplayOptions& options) {
   return condition(std::forward<AnyRecording>(recording), options.conditioning);
 }
 
-// Keeps every n-th row and the last one.
+// Keeps every n-th of the rows at a rate, and the last one.
 class KeptRows {
  public:
-  // `all`: number of rows, of which at most as many are kept as a page can show.
-  KeptRows(const StateLayout& layout, const World& world, std::size_t all)
-      : kept_(layout, world), last_(layout, world), every_(rows_apart(all)) {}
-  void add(const Solution& rows, std::size_t first) {
-    for (std::size_t i = (every_ - first % every_) % every_; i < rows.size(); i += every_) kept_.append(rows.row(i));
+  // `all`: number of rows; `length`: of the run [s].
+  KeptRows(const StateLayout& layout, const World& world, std::size_t all, double length, double rate)
+      : kept_(layout, world),
+        last_(layout, world),
+        at_(rate),
+        every_(rows_apart(at_.all() ? all : std::min(all, static_cast<std::size_t>(length * rate) + 2))) {}
+  void add(const Solution& rows) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (at_.all()) {
+        take(rows.row(i));
+      } else if (at_.next(rows.time(i))) {
+        take(i > 0 ? rows.row(i - 1) : last_.row(0));
+      }
+    }
+    if (rows.empty()) return;
     last_.resize(0);
-    if ((first + rows.size() - 1) % every_ != 0) last_.append(rows.row(rows.size() - 1));
+    last_.append(rows.row(rows.size() - 1));
   }
   void give(Solution& to) {
-    if (!last_.empty()) kept_.append(last_.row(0));
+    if (!last_.empty() && (kept_.empty() || kept_.time(kept_.size() - 1) < last_.time(0))) kept_.append(last_.row(0));
     to.append(kept_.rows());
   }
 
  private:
+  void take(std::span<const double> row) {
+    if (count_++ % every_ == 0) kept_.append(row);
+  }
   Solution kept_, last_;
-  std::size_t every_;
+  RowRate at_;
+  std::size_t every_, count_ = 0;
 };
+
+double length_of(const Log& log) { return log.imu.empty() ? 0 : log.imu.back().time - log.imu.front().time; }
 
 // Filters the run from `run.found`. `streams`: take all rows, and the solution keeps a part of them; null: it keeps
 // all.
@@ -64,11 +83,12 @@ FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStr
                    const ProgressCallback& progress) {
   const double end = run.found.start.time + options.longest;
   if (streams == nullptr) return filter_from(run.stretch, run.log, run.options, run.found, keep, progress, end);
-  KeptRows kept(StateLayout(run.options.estimate), run.log.world, run.log.imu.size());
+  KeptRows kept(StateLayout(run.options.estimate), run.log.world, run.log.imu.size(), length_of(run.log),
+                streams->rate);
   FilterRun filtered = filter_from(
       run.stretch, run.log, run.options, run.found, keep, progress, end,
       [&](Solution& rows, std::size_t first) {
-        kept.add(rows, first);
+        kept.add(rows);
         streams->filtered(rows, first);
       },
       streams->scratch);
@@ -80,10 +100,10 @@ FilterRun filtered(const Replay& run, const ReplayOptions& options, const RowStr
 Solution smoothed_in_pieces(Replay& run, const ReplayOptions& options, const ProgressCallback& progress,
                             std::vector<AttitudeLag>& lags) {
   const FilterRun& filtered = run.smoothable();
-  KeptRows kept(filtered.solution.layout(), run.log.world, filtered.epochs);
+  KeptRows kept(filtered.solution.layout(), run.log.world, filtered.epochs, length_of(run.log), options.streams.rate);
   SmoothedResiduals residuals(run.log, run.options, run.filtered.solution);
   Solution smoothed = smooth_rts(filtered, progress, nullptr, &lags, [&](Solution& rows, std::size_t first) {
-    kept.add(rows, first);
+    kept.add(rows);
     residuals.add(rows);
     if (options.streams.smoothed) options.streams.smoothed(rows, first);
   });

@@ -8,6 +8,7 @@
 #include "piste/core/state_table.h"
 #include "piste/math/units.h"
 #include "plot/markup.h"
+#include "report/findings_tables.h"
 #include "report/page.h"
 
 namespace piste {
@@ -62,9 +63,38 @@ std::string parameters(const Alignment& a) {
 std::string result(const AlignmentPicture& p) {
   const Alignment& a = *p.alignment;
   return parameters(a) + page::list("The motion does not determine:", a.undetermined) +
-         page::list("To be known:", a.warnings) +
          fmt::format("<p>Left in the band, root mean square of one axis: {:.4g} deg/s and {:.4g} m/s².</p>\n",
                      kDegreesPerRadian * a.gyro_residual, a.accel_residual);
+}
+
+// The head of a page: the four numbers for which one aligns.
+std::string tiles(const Alignment& a) {
+  using L = AlignmentLayout;
+  const auto tile = [](std::string_view name, const page::Row& of, std::string_view unit) {
+    return page::tile(name, fmt::format("{} {}", of[1], unit),
+                      of[2].empty() ? "" : fmt::format("± {} {}", of[2], unit));
+  };
+  const auto largest = [](const Vector3d& sigma) { return sigma.maxCoeff(); };
+  return page::tiles(
+      {tile("Clock offset", row("", a.clock_offset, std::sqrt(a.variance(L::kClockOffset))), "s"),
+       tile("Clock drift", row("", 1e6 * a.clock_drift, 1e6 * std::sqrt(a.variance(L::kClockDrift))), "ppm"),
+       tile("Boresight, its angle",
+            row("", kDegreesPerRadian * Eigen::AngleAxisd(a.q_rb).angle(),
+                kDegreesPerRadian * largest(a.boresight_sigma())),
+            "deg"),
+       tile("Lever arm, its length", row("", 1e3 * a.p_rb_r.norm(), 1e3 * largest(a.sigma(L::kLeverArm))), "mm")});
+}
+
+std::string table_of(std::string_view caption, const TextTable& rows) {
+  return page::wide(page::table(caption, rows.front(), {rows.begin() + 1, rows.end()}));
+}
+
+std::string errors(const Findings& found) {
+  std::string out =
+      fmt::format("<p class=\"soft\">{}. Values ± total sigma.</p>\n", escape_markup(phases_text(found))) +
+      table_of("By axis: measured = (1 + scale) · true + bias", findings_by_axis(found));
+  for (const TextTable& triad : findings_by_triad(found)) out += table_of("All axes of a triad at once", triad);
+  return out;
 }
 
 }  // namespace
@@ -75,7 +105,9 @@ std::string alignment_html(const AlignmentPicture& p) {
   return page::render(
       {.title = p.title,
        .subtitle = subtitle,
+       .head = tiles(*p.alignment) + page::warnings(p.alignment->warnings),
        .sections = {{"result", "Result", result(p)},
+                    {"errors", "Errors of the IMU", p.findings != nullptr ? errors(*p.findings) : ""},
                     {"clocks", "Before and after", page::pictures(clock_figures(p))},
                     {"correlation", "Correlation", page::pictures(correlation_figures(p))},
                     {"drift", "The clock over time", page::pictures(drift_figures(p))},

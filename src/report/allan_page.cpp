@@ -10,13 +10,16 @@
 #include "piste/report/allan_text.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
+#include "plot/svg_frame.h"
 #include "report/page.h"
 
 namespace piste {
 namespace {
 
-enum CurveColour { kCurveColour, kModelColour = 4 };
-constexpr std::array kPartColours{1, 2, 3, 5, 6};
+enum CurveColour { kCurveColour, kModelColour = svg::kInk };
+
+// One colour a kind of process, on every axis.
+int colour_of(ProcessKind kind) { return 1 + static_cast<int>(kind) % 6; }
 constexpr int kCurveHeight = 380;  // px
 
 constexpr std::string_view kHowToReadAllan =
@@ -30,6 +33,25 @@ instability</strong> that is no flicker noise of the model is the lowest deviati
 <p>Intervals and bands are of the probability above. "Not determined" means that the curve does not tell the number within a
 factor of three.</p>
 )";
+
+/// The slope of a process' deviation over the averaging time, both logarithmic, with its name.
+std::string with_slope(ProcessKind kind) {
+  switch (kind) {
+    case ProcessKind::kQuantisation:
+      return fmt::format("{}, slope −1", name_of(kind));
+    case ProcessKind::kWhite:
+      return fmt::format("{}, slope −½", name_of(kind));
+    case ProcessKind::kBiasInstability:
+      return fmt::format("{}, slope 0", name_of(kind));
+    case ProcessKind::kRandomWalk:
+      return fmt::format("{}, slope ½", name_of(kind));
+    case ProcessKind::kRamp:
+      return fmt::format("{}, slope 1", name_of(kind));
+    case ProcessKind::kGaussMarkov:
+      break;
+  }
+  return std::string(name_of(kind));
+}
 
 std::string axis_title(const AllanAxis& axis) {
   return fmt::format("{} {}", axis.is_gyro ? "Gyroscope" : "Accelerometer", axis.name.back());
@@ -67,8 +89,7 @@ std::string picture(const AllanAxis& axis) {
     for (std::size_t i = 0; i < v.size(); ++i) {
       part.push_back(std::sqrt(allan_variance(p.process, curve.scales[i].samples, curve.interval)) / unit);
     }
-    plot.line(covered, part, kPartColours[k % kPartColours.size()], std::string(name_of(p.process.kind)),
-              Plot::Stroke::kDotted);
+    plot.line(covered, part, colour_of(p.process.kind), with_slope(p.process.kind), Plot::Stroke::kDotted);
   }
   plot.line(covered, model, kModelColour, "model");
   plot.points(tau, deviation, kCurveColour, "measured");

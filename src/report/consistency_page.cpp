@@ -272,12 +272,34 @@ std::string source_table(const ConsistencyReport& report) {
                rows);
 }
 
+/// Groups whose NEES is not 1 before the start or after the stop.
+std::vector<std::string> outside_at_rest(const ConsistencyReport& report) {
+  std::vector<std::string> out;
+  for (const auto& [name, e] : estimators(report)) {
+    for (std::size_t g = 0; g < report.groups.size(); ++g) {
+      for (const Phase phase : {Phase::kRest, Phase::kRestAfter}) {
+        const auto& found = e->groups[static_cast<std::size_t>(phase)];
+        if (found.empty() || found[g].test.holds) continue;
+        out.push_back(fmt::format("{} {} ({:.2f})", name, report.groups[g].name, found[g].nees));
+      }
+    }
+  }
+  return out;
+}
+
 std::string verdict(const ConsistencyReport& report) {
   std::string out = fmt::format("<p><strong>{}</strong></p>\n", escape_markup(consistency_verdict(report)));
   std::vector<std::string> nis, coloured;
   for (const SourceConsistency& s : report.sources) {
     if (!s.test.holds) nis.push_back(escape_markup(s.name));
     if (!s.white()) coloured.push_back(escape_markup(s.name));
+  }
+  if (const auto outside = outside_at_rest(report); report.consistent() && !outside.empty()) {
+    out += fmt::format("<p>At rest the NEES is not 1 of: {}. The verdict is that of the time under way alone.</p>\n",
+                       escape_markup(fmt::format("{}", fmt::join(outside, ", "))));
+  }
+  if (report.consistent() && (!nis.empty() || !coloured.empty())) {
+    out += "<p>The verdict is that of the errors (NEES). Innovations are stated for the search of causes:</p>\n";
   }
   if (!nis.empty()) out += fmt::format("<p>The NIS is not 1 at: {}.</p>\n", fmt::join(nis, ", "));
   if (!coloured.empty()) out += fmt::format("<p>Innovations are not white at: {}.</p>\n", fmt::join(coloured, ", "));

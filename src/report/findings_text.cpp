@@ -2,54 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <optional>
-#include <string_view>
-#include <vector>
-
-#include "piste/core/state_table.h"
+#include "report/findings_tables.h"
 
 namespace piste {
 namespace {
 
-std::string interval_text(const char* name, const std::optional<Interval>& phase) {
-  return phase ? fmt::format("{} {:.1f} to {:.1f} s", name, phase->start, phase->end) : fmt::format("no {}", name);
-}
-
-// Value and total sigma with as many decimals as are significant.
-std::string term_text(const std::optional<Term>& t, double factor) {
-  if (!t) return "-";
-  const double sigma = factor * t->total();
-  const int decimals = sigma > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 9) : 6;
-  return fmt::format("{:.{}f} ± {:.{}f}", factor * t->value, decimals, sigma, decimals);
-}
-
-std::string row(const std::vector<std::string>& cells) {
+std::string text_of(const TextTable& rows) {
   std::string out;
-  for (std::size_t i = 0; i < cells.size(); ++i) out += fmt::format("{:<{}}", cells[i], i == 0 ? 10 : 23);
-  out.erase(out.find_last_not_of(' ') + 1);
-  return out + "\n";
-}
-
-std::string matrix_text(std::string_view triad, const std::optional<MatrixFit>& fit, Block bias_block,
-                        Block scale_block) {
-  if (!fit) return "";
-  const BlockInfo &bias = info(bias_block), &scale = info(scale_block);
-  std::vector<std::string> head{"3x3", fmt::format("bias [{}]", bias.unit)};
-  for (const std::string_view axis : bias.axes) head.push_back(fmt::format("gain on {} [{}]", axis, scale.unit));
-  if (fit->has_g_sensitivity()) {
-    for (const std::string_view axis : bias.axes) head.push_back(fmt::format("on f{} [{}/(m/s^2)]", axis, bias.unit));
-  }
-  std::string out = row(head);
-  for (int k = 0; k < 3; ++k) {
-    std::vector<std::string> cells{fmt::format("{} {}", triad, bias.axes[static_cast<std::size_t>(k)]),
-                                   term_text(fit->bias(k), bias.factor)};
-    for (int of = 0; of < 3; ++of) cells.push_back(term_text(fit->gain(k, of), scale.factor));
-    for (int of = 0; fit->has_g_sensitivity() && of < 3; ++of) {
-      cells.push_back(term_text(fit->g_sensitivity(k, of), bias.factor));
-    }
-    out += row(cells);
+  for (const std::vector<std::string>& cells : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < cells.size(); ++i) line += fmt::format("{:<{}}", cells[i], i == 0 ? 10 : 23);
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
   }
   return out;
 }
@@ -57,26 +21,8 @@ std::string matrix_text(std::string_view triad, const std::optional<MatrixFit>& 
 }  // namespace
 
 std::string findings_text(const Findings& found) {
-  std::string out = fmt::format("{}, {}, {}\n", interval_text("rest", found.phases.before),
-                                interval_text("run", found.phases.run), interval_text("rest", found.phases.after));
-  out += row({"axis", "at rest before", "change until after", "run: bias only", "run: bias", "run: scale [ppm]",
-              "from the other side", "both noisy", "correlation", "order"});
-  for (const AxisFindings& a : found.axes) {
-    const BlockInfo &bias = info(a.bias_block), &scale = info(a.scale_block);
-    std::vector<std::string> cells{fmt::format("{} {}", a.name, bias.unit), term_text(a.before, bias.factor),
-                                   term_text(a.change, bias.factor)};
-    if (const auto& r = a.run) {
-      cells.insert(
-          cells.end(),
-          {term_text(r->bias_only, bias.factor), term_text(r->joint.reverse.bias(), bias.factor),
-           term_text(r->joint.reverse.scale(), scale.factor), term_text(r->joint.forward.scale(), scale.factor),
-           term_text(r->both_noisy.scale(), scale.factor), fmt::format("{:.2f}", r->joint.reverse.correlation()),
-           r->polynomial ? fmt::format("{}", r->polynomial->order) : "-"});
-    }
-    out += row(cells);
-  }
-  out += matrix_text("accel", found.accel_matrix, Block::kAccelBias, Block::kAccelScale);
-  out += matrix_text("gyro", found.gyro_matrix, Block::kGyroBias, Block::kGyroScale);
+  std::string out = phases_text(found) + "\n" + text_of(findings_by_axis(found));
+  for (const TextTable& triad : findings_by_triad(found)) out += text_of(triad);
   return out;
 }
 

@@ -18,8 +18,6 @@
 namespace piste {
 namespace {
 
-constexpr std::size_t kWarningsInView = 3;
-
 using page::Row;
 using page::table;
 
@@ -85,15 +83,23 @@ std::string source_table(const Solution& solution) {
 std::string verdict_section(const Verdict& verdict) {
   std::vector<Row> rows;
   const auto shown = [](double value) { return std::isnan(value) ? "too few" : fmt::format("{:.2f}", value); };
+  std::vector<std::string> reasons;
   for (const SourceVerdict& s : verdict.sources) {
-    rows.push_back({s.name, shown(s.nis), shown(s.whiteness), fmt::format("{:.1f} %", 100 * s.rejected),
+    rows.push_back({s.name, shown(s.nis), shown(s.ratio), shown(s.whiteness), fmt::format("{:.1f} %", 100 * s.rejected),
                     std::isnan(s.smoothed) ? "" : shown(s.smoothed), s.holds ? "yes" : "no"});
+    for (const std::string& reason : s.reasons) reasons.push_back(fmt::format("{}: {}", s.name, reason));
   }
-  std::string out = page::list("Causes, the likeliest first:", verdict.findings);
+  for (const PriorJump& jump : verdict.jumps) {
+    if (std::abs(jump.sigmas) <= kFarFromPrior) continue;
+    reasons.push_back(fmt::format("{} is {:.1f} sigmas from its prior; up to {} may be", jump.name,
+                                  std::abs(jump.sigmas), kFarFromPrior));
+  }
+  std::string out = page::list("What decided:", reasons) + page::list("Causes, the likeliest first:", verdict.findings);
   if (!rows.empty()) {
-    out += table(
-        "Do the sigmas hold? Under way",
-        {"source", "NIS (1)", "correlation (0)", "rejected (0.1 %)", "smoothed residual in sigmas (1)", "holds"}, rows);
+    out += page::wide(table("Do the sigmas hold? Under way",
+                            {"source", "mean NIS a row (1)", "median NIS, of that of χ² (1)", "correlation (0)",
+                             "rejected (0.1 %)", "smoothed residual in sigmas (below 1)", "holds"},
+                            rows));
   }
   std::vector<Row> jumps;
   constexpr std::size_t kShown = 5;
@@ -173,12 +179,7 @@ std::string speed_text(double speed) {
 
 std::string angle_text(double angle) { return plain(angle * kDegreesPerRadian, 2) + "°"; }
 
-std::string tile(std::string_view name, std::string_view value, std::string_view note) {
-  return fmt::format("<div class=\"tile\"><span>{}</span><b>{}</b><small>{}</small></div>\n", name, value,
-                     escape_markup(note));
-}
-
-std::string accuracy_tiles(const Solution& solution, double start) {
+std::vector<std::string> accuracy_tiles(const Solution& solution, double start) {
   std::array<Accuracy, 4> all;
   for (std::size_t i = 0; i < solution.size(); ++i) {
     const NavigationSigmas s = solution.navigation_sigmas(i);
@@ -188,10 +189,11 @@ std::string accuracy_tiles(const Solution& solution, double start) {
     all[2].add(s.velocity.squaredNorm(), time);
     all[3].add(square(s.euler.z()), time);
   }
-  std::string out;
+  std::vector<std::string> out;
   const auto add = [&](std::size_t k, std::string_view name, const auto& text) {
     const double rms = std::sqrt(all[k].square / static_cast<double>(solution.size()));
-    out += tile(name, text(rms), fmt::format("worst {} at {:.1f} s", text(all[k].worst), all[k].worst_at));
+    out.push_back(
+        page::tile(name, text(rms), fmt::format("worst {} at {:.1f} s", text(all[k].worst), all[k].worst_at)));
   };
   add(0, "Horizontal, 1σ rms", length_text);
   add(1, "Height, 1σ rms", length_text);
@@ -215,8 +217,8 @@ std::string fixes_tile(const Solution& solution) {
     if (was_used(outcome) || count == 0) continue;
     left_out += fmt::format("{}{} {}", left_out.empty() ? "" : ", ", count, outcome_name(outcome));
   }
-  return tile("GNSS measurements used", fmt::format("{} of {}", used, all),
-              left_out.empty() ? "none left out" : left_out);
+  return page::tile("GNSS measurements used", fmt::format("{} of {}", used, all),
+                    left_out.empty() ? "none left out" : left_out);
 }
 
 double distance(const Solution& solution) {
@@ -242,57 +244,28 @@ std::string reliance(const ReplayReport& report) {
       escape_markup(verdict_line(verdict)));
 }
 
-std::string warnings_list(const std::vector<std::string>& warnings) {
-  if (warnings.empty()) return {};
-  std::string out =
-      fmt::format("<details class=\"warnings\"{}><summary>{} warning{}</summary>\n<ul>\n",
-                  warnings.size() > kWarningsInView ? "" : " open", warnings.size(), warnings.size() == 1 ? "" : "s");
-  for (const std::string& warning : warnings) out += fmt::format("<li>{}</li>\n", escape_markup(warning));
-  return out + "</ul></details>\n";
-}
-
 std::string head(const ReplayReport& report, double start) {
   const Solution& best = page::best_of(report);
   if (best.empty()) return "<p>There is no epoch to show.</p>\n";
-  return reliance(report) + "<div class=\"tiles\">\n" + accuracy_tiles(best, start) + fixes_tile(*report.filtered) +
-         "</div>\n" + warnings_list(report.warnings);
+  std::vector<std::string> tiles = accuracy_tiles(best, start);
+  tiles.push_back(fixes_tile(*report.filtered));
+  return reliance(report) + page::tiles(tiles) + page::warnings(report.warnings);
 }
 
 /// How many of the run's rows the page has.
 std::string rows_shown(const ReplayReport& report) {
   const Solution& best = page::best_of(report);
-  const std::size_t all = report.log->imu.size();
   if (best.size() < 2) return {};
   const double length = best.time(best.size() - 1) - best.time(0);
-  const std::size_t apart = rows_apart(best.size()), shown = (best.size() - 1) / apart + 1;
-  if (shown >= all || report.rate > 0) return "Curves hold every row of the files.";
-  return fmt::format("Curves hold {} of the run's {} rows, {:.3g} a second; the files have all.", shown, all,
+  const auto in_files = report.rate > 0 ? static_cast<std::size_t>(length * report.rate) : report.log->imu.size();
+  const std::size_t shown = page::shown_rows(best, report.rate).size();
+  if (in_files <= kKeptRows) return "Curves hold every row of the files.";
+  return fmt::format("Curves hold {} of the {} rows of the files, {:.3g} a second.", shown, in_files,
                      static_cast<double>(shown - 1) / length);
 }
 
-constexpr std::string_view kTools = R"(<div class="tools" id="tools" hidden>
-<fieldset id="which" aria-label="Solution shown"><label><input type="radio" name="solution" value="smoothed" checked autocomplete="off"> smoothed</label>
-<label><input type="radio" name="solution" value="filtered" autocomplete="off"> filtered</label></fieldset>
-<label>time in <select id="clock"><option value="seconds">s since the start</option><option value="week">s of week</option></select></label>
-<button type="button" id="reset">whole run</button>
-<output id="window"></output>
-</div>
-)";
-
-constexpr std::string_view kPlan =
-    R"(<div class="plan"><div class="plan-tools"><label>colour <select id="colour"><option value="speed">speed</option><option value="sigma">horizontal sigma</option><option value="height">height</option><option value="time">time</option><option value="quality">fixes used</option></select></label>
-<label><input type="checkbox" id="fixes-shown" checked autocomplete="off"> fixes</label>
-<label><input type="checkbox" id="ellipses-shown" autocomplete="off"> sigmas</label>
-<details><summary>map</summary><p class="soft">Nothing is fetched unless you name a source of tiles, such as <code>https://…/{z}/{x}/{y}.png</code> or a folder.</p><input id="tiles" size="24" aria-label="Address of tiles"> <button type="button" id="tiles-on">show</button></details></div>
-<div id="plan" role="img" aria-label="Plan of the track, north up"></div><div id="scale" class="soft"></div></div>
-)";
-
-constexpr std::string_view kNoCharts =
-    "<p>No plan and no chart is here, as piste was built without dygraphs and Leaflet (Debian: "
-    "<code>libjs-dygraphs</code>, <code>libjs-leaflet</code>). The CSV files hold what they would show.</p>\n";
-
 std::string first_screen() {
-  return fmt::format("<div class=\"first\">\n{}<div class=\"side\">\n{}{}</div>\n</div>\n", kPlan,
+  return fmt::format("<div class=\"first\">\n{}<div class=\"side\">\n{}{}</div>\n</div>\n", page::plan(),
                      page::place("height"), page::place("speed"));
 }
 
@@ -305,10 +278,6 @@ std::string html_report(const ReplayReport& report) {
                                            length_text(distance(best)), start, escape_markup(report.version));
   const page::Data data = page::replay_data(report);
   const bool charts = page::draws() && !best.empty();
-  const std::string notice =
-      "<p id=\"notice\" class=\"bad\" hidden></p>\n<noscript><p class=\"bad\">Plan and charts need JavaScript; the "
-      "tables do "
-      "not.</p></noscript>\n";
   const std::string over_time = fmt::format(
       "<p class=\"soft\">Bands are ± 1 sigma; rest is shaded{}. {} Drag to zoom, along one axis or both; pinch or "
       "Ctrl and wheel zoom as well; double-click to see all. All charts and the plan share their time.</p>\n",
@@ -316,7 +285,7 @@ std::string html_report(const ReplayReport& report) {
   return page::render(
       {.title = report.title,
        .subtitle = subtitle,
-       .head = head(report, start) + (charts ? notice + std::string(kTools) + first_screen() : std::string(kNoCharts)),
+       .head = head(report, start) + (charts ? page::tools() + first_screen() : page::no_charts()),
        .sections = {{"over-time", "Charts", charts ? over_time + page::groups(data) : ""},
                     {"summary", "Summary",
                      (report.verdict != nullptr ? verdict_section(*report.verdict) : "") + "<div class=\"tables\">\n" +

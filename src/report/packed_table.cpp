@@ -98,6 +98,52 @@ void PackedTable::store(std::string name, std::span<const std::int64_t> numbers,
   }
 }
 
+Envelope::Envelope(std::vector<std::string> names, std::size_t rows) {
+  constexpr std::size_t kGroups = 20000;
+  each_ = 1 + rows / kGroups;
+  for (std::string& name : names) signals_.push_back({.name = std::move(name)});
+}
+
+void Envelope::add(double time, std::span<const double> values) {
+  for (std::size_t k = 0; k < signals_.size(); ++k) {
+    Signal& s = signals_[k];
+    s.least = count_ == 0 ? values[k] : std::min(s.least, values[k]);
+    s.most = count_ == 0 ? values[k] : std::max(s.most, values[k]);
+    s.sum += values[k];
+  }
+  last_ = time;
+  if (++count_ == each_) close();
+}
+
+void Envelope::close() {
+  if (count_ == 0) return;
+  time_.push_back(last_);
+  for (Signal& s : signals_) {
+    s.means.push_back(s.sum / static_cast<double>(count_));
+    s.leasts.push_back(s.least);
+    s.mosts.push_back(s.most);
+    s.sum = 0;
+  }
+  count_ = 0;
+}
+
+std::string Envelope::json() {
+  constexpr double kSteps = 50000, kFinest = 1e-7, kTimeStep = 1e-6;
+  close();
+  PackedTable table;
+  table.add("time_s", time_, kTimeStep);
+  for (const Signal& s : signals_) {
+    if (s.means.empty()) continue;
+    const double range = *std::ranges::max_element(s.mosts) - *std::ranges::min_element(s.leasts);
+    const double step = std::isfinite(range) ? std::max(range / kSteps, kFinest) : kFinest;
+    table.add(s.name, s.means, step);
+    if (!has_extremes()) continue;
+    table.add(s.name + "_least", s.leasts, step);
+    table.add(s.name + "_most", s.mosts, step);
+  }
+  return table.json();
+}
+
 std::string PackedTable::json() const {
   std::vector<std::string> columns;
   for (const Column& c : columns_) {

@@ -42,6 +42,32 @@ class PackedTable {
   std::size_t rows_ = 0;
 };
 
+/// Signals that alias if rows are left out: mean, least and largest value of each of at most some 20 000 equally long
+/// groups of rows, in the columns `NAME`, `NAME_least` and `NAME_most`; single rows if these are not more.
+class Envelope {
+ public:
+  /// `rows`: how many will be added.
+  Envelope(std::vector<std::string> names, std::size_t rows);
+  /// @pre as many values as names
+  void add(double time, std::span<const double> values);
+  /// The table, with the column `time_s`, the time of the last row of each group.
+  std::string json();
+  /// Whether there are the columns of least and largest values.
+  bool has_extremes() const { return each_ > 1; }
+
+ private:
+  struct Signal {
+    std::string name;
+    double sum = 0, least = 0, most = 0;
+    std::vector<double> means = {}, leasts = {}, mosts = {};
+  };
+  void close();
+  std::size_t each_, count_ = 0;
+  double last_ = 0;
+  std::vector<double> time_;
+  std::vector<Signal> signals_;
+};
+
 /// A step that is at most a fiftieth of each sigma above zero, and not below `finest`, the last decimal of the files.
 double step_below(std::span<const double> sigmas, double finest);
 

@@ -28,6 +28,13 @@ std::string pictures(const std::vector<Figure>& figures);
 /// Sentences of plain text under a heading. Empty if there are none.
 std::string list(std::string_view heading, const std::vector<std::string>& items);
 
+/// A number that stands out at the head of a page, with a note below it; `value` may be markup.
+std::string tile(std::string_view name, std::string_view value, std::string_view note);
+std::string tiles(const std::vector<std::string>& tiles);
+
+/// Warnings of a run, at the head of a page; folded if they are many. Empty if there are none.
+std::string warnings(const std::vector<std::string>& warnings);
+
 /// A page.
 struct Page {
   std::string title, subtitle;  ///< plain text, and a line of markup below it
@@ -36,7 +43,7 @@ struct Page {
   std::string style = {}, scripts = {};
 };
 
-/// The whole page: title, subtitle, links to the sections, head and sections.
+/// The whole page: title, subtitle, links to the sections that have a body, head and sections. Figures are numbered.
 std::string render(const Page& page);
 
 /// The styles of the libraries that draw.

@@ -67,7 +67,49 @@ std::string text(const Data& data) {
                       1);
 }
 
+constexpr std::string_view kNotice =
+    "<p id=\"notice\" class=\"bad\" hidden></p>\n<noscript><p class=\"bad\">Plan and charts need JavaScript; the "
+    "tables do "
+    "not.</p></noscript>\n";
+
+constexpr std::string_view kTools = R"(<div class="tools" id="tools" hidden>
+<fieldset id="which" aria-label="Solution shown"><label><input type="radio" name="solution" value="smoothed" checked autocomplete="off"> smoothed</label>
+<label><input type="radio" name="solution" value="filtered" autocomplete="off"> filtered</label></fieldset>
+<label>time in <select id="clock"><option value="seconds">s since the start</option><option value="week">s of week</option></select></label>
+<button type="button" id="reset">whole run</button>
+<output id="window"></output>
+</div>
+)";
+
+constexpr std::string_view kPlan =
+    R"(<div class="plan"><div class="plan-tools"><label>colour <select id="colour"><option value="speed">speed</option><option value="sigma">horizontal sigma</option><option value="height">height</option><option value="time">time</option><option value="quality">fixes used</option></select></label>
+<label><input type="checkbox" id="fixes-shown" checked autocomplete="off"> fixes</label>
+<label><input type="checkbox" id="ellipses-shown" autocomplete="off"> sigmas</label>
+<details><summary>map</summary><p class="soft">Nothing is fetched unless you name a source of tiles, such as <code>https://…/{z}/{x}/{y}.png</code> or a folder.</p><input id="tiles" size="24" aria-label="Address of tiles"> <button type="button" id="tiles-on">show</button></details></div>
+<div id="plan" role="img" aria-label="Plan of the track, north up"></div><div id="scale" class="soft"></div></div>
+)";
+
 }  // namespace
+
+Curve envelope_curve(std::string label, const std::string& signal, bool extremes) {
+  Curve out{.label = std::move(label), .value = signal};
+  if (extremes) out.low = signal + "_least", out.high = signal + "_most";
+  return out;
+}
+
+std::string tools() { return fmt::format("{}{}", kNotice, kTools); }
+
+std::string plan(bool quality) {
+  std::string out(kPlan);
+  constexpr std::string_view kQuality = "<option value=\"quality\">fixes used</option>";
+  if (const auto at = out.find(kQuality); !quality && at != std::string::npos) out.erase(at, kQuality.size());
+  return out;
+}
+
+std::string no_charts() {
+  return "<p>No plan and no chart is here, as piste was built without dygraphs and Leaflet (Debian: "
+         "<code>libjs-dygraphs</code>, <code>libjs-leaflet</code>). The CSV files hold what they would show.</p>\n";
+}
 
 bool draws() { return !assets::dygraphs_js().empty() && !assets::leaflet_js().empty(); }
 

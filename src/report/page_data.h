@@ -17,6 +17,9 @@ struct Curve {
   std::string low = "", high = "";  ///< the band, if not by a sigma
 };
 
+/// The curve of a signal of an Envelope (packed_table.h), with its extremes as its band, if it has these.
+Curve envelope_curve(std::string label, const std::string& signal, bool extremes);
+
 /// Curves over time in one unit.
 ///
 /// Instead of a column, a value may be `hypot:A,B,C` of columns, `detail:A`, which is A less its running mean, or
@@ -61,6 +64,15 @@ std::string scripts(const Data& data);
 
 /// The places of the charts of each group, with contents.
 std::string groups(const Data& data);
+
+/// The head of what is drawn: a notice for what hinders it, and the choice of solution, clock and window.
+std::string tools();
+
+/// The plan, with its choices. `quality`: whether there are fixes with outcomes.
+std::string plan(bool quality = true);
+
+/// What stands in the place of plan and charts where the libraries are missing.
+std::string no_charts();
 
 /// The place of one chart outside of the groups.
 std::string place(std::string_view chart);

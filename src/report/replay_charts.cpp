@@ -10,6 +10,7 @@
 
 #include "core/time_search.h"
 #include "io/quantity.h"
+#include "io/row_rate.h"
 #include "piste/io/solution_io.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
@@ -27,7 +28,7 @@ constexpr std::array kBodyAxes{"x", "y", "z"};
 constexpr double kMetreStep = 1e-5, kDegreeStep = 1e-7, kOtherStep = 1e-8;  // the last decimals of the files
 constexpr double kTimeStep = 1e-6;
 constexpr double kWholeTurn = 360;
-constexpr std::size_t kBiasRows = 12000, kMotionRows = 20000;
+constexpr std::size_t kBiasRows = 12000;
 
 std::string words(std::string_view name) {
   std::string text(name);
@@ -68,18 +69,17 @@ void pack(PackedTable& packed, const NumberTable& table) {
   }
 }
 
-/// Rows of `solution`, at most as many as a page has.
-Solution thinned(const Solution& solution) {
+/// The rows that the page has.
+Solution thinned(const Solution& solution, double rate) {
   Solution out(solution.layout(), solution.world());
   out.fixed = solution.fixed;
-  const std::size_t every = rows_apart(solution.size());
-  for (std::size_t i = 0; i < solution.size(); i += every) out.append(solution.row(i));
+  for (const std::size_t i : shown_rows(solution, rate)) out.append(solution.row(i));
   return out;
 }
 
-std::string navigation(const Solution& rows, double rate) {
+std::string navigation(const Solution& rows) {
   PackedTable packed;
-  const NumberTable table = navigation_table(rows, rate);
+  const NumberTable table = navigation_table(rows);
   pack(packed, table);
   const std::vector<double> times = column_of(table, 0);
   std::array<std::vector<double>, 2> place, sigma;
@@ -109,75 +109,42 @@ std::string biases(const Solution& rows, double rate) {
   return packed.json();
 }
 
-/// Mean, least and largest corrected rate and force of intervals of some samples.
-class Motion {
- public:
-  Motion(const Log& log, const Solution& solution) : each_(1 + log.imu.size() / kMotionRows) {
-    std::size_t row = 0;
-    for (std::size_t begin = 0; begin < log.imu.size(); begin += each_) {
-      const std::size_t end = std::min(begin + each_, log.imu.size());
-      while (row + 1 < solution.size() && solution.time(row) < log.imu[begin].time) ++row;
-      add({log.imu.data() + begin, end - begin}, solution.estimate(row));
-    }
-  }
-  bool single() const { return each_ == 1; }
+constexpr std::size_t kSignals = 6;
 
-  std::string json() const {
-    PackedTable packed;
-    packed.add("time_s", time_, kTimeStep);
-    for (std::size_t k = 0; k < kSignals; ++k) {
-      const double low = *std::ranges::min_element(columns_[1][k]), high = *std::ranges::max_element(columns_[2][k]);
-      constexpr double kSteps = 50000;
-      const double step = std::max((high - low) / kSteps, kDegreeStep);
-      packed.add(name(k), columns_[0][k], step);
-      if (single()) continue;
-      packed.add(name(k) + "_least", columns_[1][k], step);
-      packed.add(name(k) + "_most", columns_[2][k], step);
-    }
-    return packed.json();
-  }
+std::string signal_name(std::size_t k) { return fmt::format("{}_{}", k < 3 ? "rate" : "force", kBodyAxes[k % 3]); }
 
-  Chart chart(bool rate) const {
-    Chart out{.name = rate ? "angular_rate" : "specific_force",
-              .title = rate ? "Angular rate of the body" : "Specific force on the body",
-              .unit = rate ? "deg/s" : "m/s²",
-              .group = "motion",
-              .table = "motion",
-              .curves = {}};
+/// Corrected rate and force of the body.
+void add_signals(Data& data, const Log& log, const Solution& solution) {
+  if (log.imu.empty()) return;
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < kSignals; ++k) names.push_back(signal_name(k));
+  Envelope envelope(std::move(names), log.imu.size());
+  std::size_t row = 0, last = solution.size();  // of the estimate that is at hand
+  Estimate x;
+  for (const ImuSample& s : log.imu) {
+    while (row + 1 < solution.size() && solution.time(row) < s.time) ++row;
+    if (row != last) x = solution.estimate(row);
+    last = row;
+    const ImuStep step = correct({s.interval, s.dtheta, s.dvel, Vector3d::Zero(), Vector3d::Zero()}, x);
+    Eigen::Matrix<double, kSignals, 1> now;
+    now << kDegreesPerRadian * step.dtheta / s.interval, step.dvel / s.interval;
+    envelope.add(s.time, {now.data(), kSignals});
+  }
+  data.tables.emplace_back("motion", envelope.json());
+  for (const bool rate : {true, false}) {
+    Chart chart{.name = rate ? "angular_rate" : "specific_force",
+                .title = rate ? "Angular rate of the body" : "Specific force on the body",
+                .unit = rate ? "deg/s" : "m/s²",
+                .group = "motion",
+                .table = "motion",
+                .curves = {}};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::string column = name(axis + (rate ? 0U : 3U));
-      out.curves.push_back({.label = kBodyAxes[axis], .value = column});
-      if (!single()) out.curves.back().low = column + "_least", out.curves.back().high = column + "_most";
+      chart.curves.push_back(
+          envelope_curve(kBodyAxes[axis], signal_name(axis + (rate ? 0U : 3U)), envelope.has_extremes()));
     }
-    return out;
+    data.charts.push_back(std::move(chart));
   }
-
- private:
-  static constexpr std::size_t kSignals = 6;
-  static std::string name(std::size_t k) { return fmt::format("{}_{}", k < 3 ? "rate" : "force", kBodyAxes[k % 3]); }
-  void add(std::span<const ImuSample> samples, const Estimate& x) {
-    using Signals = Eigen::Matrix<double, kSignals, 1>;
-    Signals sum = Signals::Zero(), least = Signals::Constant(INFINITY), most = -least;
-    for (const ImuSample& s : samples) {
-      const ImuStep step = correct({s.interval, s.dtheta, s.dvel, Vector3d::Zero(), Vector3d::Zero()}, x);
-      Signals now;
-      now << kDegreesPerRadian * step.dtheta / s.interval, step.dvel / s.interval;
-      sum += now;
-      least = least.cwiseMin(now);
-      most = most.cwiseMax(now);
-    }
-    time_.push_back(samples.back().time);
-    for (std::size_t k = 0; k < kSignals; ++k) {
-      const auto row = static_cast<Eigen::Index>(k);
-      columns_[0][k].push_back(sum[row] / static_cast<double>(samples.size()));
-      columns_[1][k].push_back(least[row]);
-      columns_[2][k].push_back(most[row]);
-    }
-  }
-  std::size_t each_;
-  std::vector<double> time_;
-  std::array<std::array<std::vector<double>, kSignals>, 3> columns_;  // mean, least, most
-};
+}
 
 // The place of the fix behind an innovation of a receiver's position; nothing for others.
 std::optional<Vector3d> place_of(const Log& log, std::string_view source, const Innovation& v) {
@@ -422,6 +389,14 @@ void add_adapted(Data& data, const AdaptedNoise& adapted) {
 
 }  // namespace
 
+std::vector<std::size_t> shown_rows(const Solution& solution, double rate) {
+  const std::vector<std::size_t> at_rate = rows_at(solution, rate);
+  std::vector<std::size_t> out;
+  const std::size_t every = rows_apart(at_rate.size());
+  for (std::size_t k = 0; k < at_rate.size(); k += every) out.push_back(at_rate[k]);
+  return out;
+}
+
 Data replay_data(const ReplayReport& report) {
   const Solution& best = best_of(report);
   Data data;
@@ -442,20 +417,16 @@ Data replay_data(const ReplayReport& report) {
   data.start = best.time(0);
   data.end = best.time(best.size() - 1);
   data.origin = best.world().origin();
+  data.week = report.week;
   const auto add_solution = [&](const std::string& name, const Solution& solution) {
-    const Solution rows = thinned(solution);
-    data.tables.emplace_back(name, navigation(rows, report.rate));
+    const Solution rows = thinned(solution, report.rate);
+    data.tables.emplace_back(name, navigation(rows));
     data.tables.emplace_back("biases_" + name, biases(rows, report.bias_rate));
   };
   if (report.smoothed != nullptr) add_solution("smoothed", *report.smoothed);
   add_solution("filtered", *report.filtered);
   add_motion(data.charts);
-  if (!report.log->imu.empty()) {
-    const Motion motion(*report.log, best);
-    data.tables.emplace_back("motion", motion.json());
-    data.charts.push_back(motion.chart(true));
-    data.charts.push_back(motion.chart(false));
-  }
+  add_signals(data, *report.log, best);
   add_accuracy(data.charts, best);
   if (report.smoothed != nullptr) add_changes(data.charts);
   for (std::size_t k = 0; k < report.filtered->sources.size(); ++k) {

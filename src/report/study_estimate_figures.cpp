@@ -63,12 +63,12 @@ std::optional<Figure> estimates(const Study& study, const std::string& name, con
 
 constexpr std::array kCompared{Method::kRest, Method::kJoint, Method::kBiasOnly, Method::kMarkovFiltered};
 
-std::optional<Figure> comparison(const Study& study, const Triad& triad, int number) {
+std::optional<Figure> comparison(const Study& study, const Triad& triad) {
   std::vector<std::string> names;
   for (const std::string& sensor : study.sensors) {
     for (const std::string& axis : axis_names(triad)) names.push_back(fmt::format("{} {}", sensor, axis));
   }
-  Plot plot(fmt::format("Figure {}. Biases of the {}: signals compared, and the filter", number, triad.name),
+  Plot plot(fmt::format("Biases of the {}: signals compared, and the filter", triad.name),
             {fmt::format("bias [{}]", triad.unit)}, {"sensor and axis", {}, false, names});
   plot.size(Plot::kPageWidth, static_cast<int>(44 * names.size()) + kFrame);
   zero_line(plot, names.size(), Plot::Along::kX);
@@ -143,22 +143,20 @@ std::vector<Figure> study_estimates(const Study& study) {
   const auto add = [&](const char* name, const char* title, Method method, StudyQuantity quantity, const Triad& triad) {
     append(out, estimates(study, name, title, method, quantity, triad));
   };
-  add("figure_08_accel", "Figure 8. Biases of the accelerometers at rest before the start", Method::kRest,
-      StudyQuantity::kBias, accel);
-  add("figure_08_gyro", "Figure 8. Biases of the gyroscopes at rest before the start", Method::kRest,
-      StudyQuantity::kBias, gyro);
-  add("figure_13", "Figure 13. Biases of the accelerometers in the run", Method::kJoint, StudyQuantity::kBias, accel);
-  add("figure_14", "Figure 14. Biases of the gyroscopes in the run", Method::kJoint, StudyQuantity::kBias, gyro);
-  add("figure_15_accel", "Figure 15. Scales of the accelerometers in the run", Method::kJoint, StudyQuantity::kScale,
+  add("figure_08_accel", "Biases of the accelerometers at rest before the start", Method::kRest, StudyQuantity::kBias,
       accel);
-  add("figure_15_gyro", "Figure 15. Scales of the gyroscopes in the run", Method::kJoint, StudyQuantity::kScale, gyro);
+  add("figure_08_gyro", "Biases of the gyroscopes at rest before the start", Method::kRest, StudyQuantity::kBias, gyro);
+  add("figure_13", "Biases of the accelerometers in the run", Method::kJoint, StudyQuantity::kBias, accel);
+  add("figure_14", "Biases of the gyroscopes in the run", Method::kJoint, StudyQuantity::kBias, gyro);
+  add("figure_15_accel", "Scales of the accelerometers in the run", Method::kJoint, StudyQuantity::kScale, accel);
+  add("figure_15_gyro", "Scales of the gyroscopes in the run", Method::kJoint, StudyQuantity::kScale, gyro);
   return out;
 }
 
 std::vector<Figure> study_comparisons(const Study& study) {
   std::vector<Figure> out;
-  append(out, comparison(study, kTriads[0], 16));
-  append(out, comparison(study, kTriads[1], 17));
+  append(out, comparison(study, kTriads[0]));
+  append(out, comparison(study, kTriads[1]));
   return out;
 }
 

@@ -175,12 +175,12 @@ std::string study_html(const Study& study, const std::string& version, const std
                   study.simulated ? "simulated: what was put in is known" : "recorded: the truth is not known");
   std::vector<page::Section> sections{
       {"result", "Result", study_result(study, ranks)},
-      {"tables", "Tables", study_page_tables(study, ranks)},
       {"ranking", "Ranking", page::pictures(study_ranking(study))},
       {"signals", "Signals", page::pictures(study_signals(study))},
       {"estimates", "Biases and scales", page::pictures(study_estimates(study))},
       {"correlation", "Bias and scale together", page::pictures(study_correlations(study))},
-      {"comparison", "Methods compared", page::pictures(study_comparisons(study)) + study_matrices(study)}};
+      {"comparison", "Methods compared", page::pictures(study_comparisons(study)) + study_matrices(study)},
+      {"tables", "Tables", study_page_tables(study, ranks)}};
   if (study.simulated) sections.push_back({"truth", "Against the truth", truth(study)});
   sections.push_back({"timing", "Timing errors", page::pictures(study_timing(study))});
   if (study.article) sections.push_back({"article", "What the article's numbers imply", article_section(study)});

@@ -89,7 +89,7 @@ Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) 
   const SignalPicture& p = *r.picture;
   const int axis = liveliest(p, triad);
   const double factor = signal_info(axis).factor;
-  Plot plot(fmt::format("Figure 7. {} of {}: rest, run and rest", kSignalNames[at(axis)], who(study, r)),
+  Plot plot(fmt::format("{} of {}: rest, run and rest", kSignalNames[at(axis)], who(study, r)),
             {std::string(kRunTimeLabel)}, {fmt::format("{} [{}]", kSignalNames[at(axis)], triad.unit)});
   plot.size(Plot::kPageWidth, kHeight);
   const Phases& phases = study.runs[r.run].phases;
@@ -115,8 +115,8 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
   const SignalPicture& p = *r.picture;
   const Phases& phases = study.runs[r.run].phases;
   const auto& window = after ? phases.after : phases.before;
-  Plot plot(fmt::format("Figure {}. At rest {} the {}: reference less IMU, {}", after ? 10 : 9,
-                        after ? "after" : "before", after ? "stop" : "start", who(study, r)),
+  Plot plot(fmt::format("At rest {} the {}: reference less IMU, {}", after ? "after" : "before",
+                        after ? "stop" : "start", who(study, r)),
             {std::string(kRunTimeLabel)}, {fmt::format("difference [{}]", triad.unit)});
   plot.size(Plot::kPageWidth, kHeight);
   std::vector<SignalCurve> means;

@@ -23,7 +23,7 @@ std::string trimmed(std::string line) {
 std::string spread_text(const Across& v) {
   const double size = std::isfinite(v.std) ? v.std : v.standard_error;
   const int decimals = size > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(size))), 0, 9) : 6;
-  return fmt::format("{:.{}f} ± {:.{}f}{}", v.mean, decimals, size, decimals, v.significant ? "" : " *");
+  return fmt::format("{:.{}f} ± {:.{}f}{}", v.mean, decimals, size, decimals, v.significant ? " *" : "");
 }
 
 std::string biases_of(const Study& study) {
@@ -94,7 +94,7 @@ std::string study_text(const Study& study) {
   for (const std::string& m : missing(study)) out += "  " + m + "\n";
   if (const std::string table = ranking_text(study); !table.empty()) out += "\n" + table;
   if (const std::string table = imus_text(study); !table.empty()) out += "\n" + table;
-  out += "\nBias at rest before the start, a correction to add: mean ± spread between the runs; * not significant\n";
+  out += "\nBias at rest before the start, a correction to add: mean ± spread between the runs; * significant\n";
   return out + biases_text(study);
 }
 

@@ -72,6 +72,9 @@ TEST(RunVerdict, SaysByHowMuchSigmasAreWrong) {
     Verdict v = judge({}, {}, s, nullptr);
     EXPECT_FALSE(v.consistent);
     EXPECT_FALSE(v.sources[0].holds);
+    EXPECT_FALSE(v.sources[0].reasons.empty());
+    for (const std::string& reason : v.sources[0].reasons)
+      EXPECT_NE(reason.find(" may be"), std::string::npos) << reason;
     EXPECT_NEAR(v.factor, factor, 0.2 * factor);
     v.findings = {"noise", "delay"};
     EXPECT_TRUE(contains(verdict_line(v), factor > 1 ? "sigmas are too small by 2." : "sigmas are too large by 2."));

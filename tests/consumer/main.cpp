@@ -70,6 +70,7 @@ const Exported kExported[] = {
     {"piste/report/inspection_page.h", address(piste::inspection_page)},
     {"piste/report/inspection_text.h", address(piste::inspection_text)},
     {"piste/report/kml.h", address(piste::kml)},
+    {"piste/report/tuning_page.h", address(piste::tuning_page)},
     {"piste/sim/campaign.h", address<piste::Campaign(const std::filesystem::path&)>(piste::read_campaign)},
     {"piste/sim/simulation.h", address(piste::simulate)},
     {"piste/start/attitude_noise.h", address(piste::with_white_part)},

@@ -209,7 +209,7 @@ TEST(PageData, ALongRunHasItsRowsAtALowerRate) {
   EXPECT_LE(table_of(data, "motion")["time_s"].size(), 20'001U);
   const std::string page =
       html_report({.title = "run", .version = "1", .config_text = "", .log = &log, .filtered = &run});
-  EXPECT_TRUE(test::contains(page, "Curves hold 33337 of the run's 100010 rows, 33.3 a second"));
+  EXPECT_TRUE(test::contains(page, "Curves hold 33337 of the 100010 rows of the files, 33.3 a second"));
 }
 
 // Between the samples of an interval a signal may reach further than its mean: least and largest are there.

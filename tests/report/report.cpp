@@ -13,6 +13,7 @@
 #include "math/geoid.h"
 #include "piste/report/html.h"
 #include "piste/report/kml.h"
+#include "piste/report/tuning_page.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
 #include "plot/thin.h"
@@ -111,6 +112,42 @@ TEST(Html, TellsEverythingInOneSmallFile) {
   EXPECT_EQ(count(page, "<script"), count(page, "</script>"));
   // PISTE_SHOW=FILE keeps the page to be looked at.
   if (const char* file = std::getenv("PISTE_SHOW")) std::ofstream(file) << page;
+}
+
+TEST(Html, AnUncertainVerdictNamesWhatDecided) {
+  const auto run = test::synthetic_run(20);
+  Verdict verdict;
+  verdict.consistent = false;
+  verdict.factor = 1.3;
+  verdict.sources = {
+      {.name = "gnss[0].position", .fixes = 100, .nis = 1.68, .holds = false, .reasons = {"too <large>"}}};
+  verdict.jumps = {{"gyro_scale y", -19.4}};
+  const std::string page = html_report({.title = "run",
+                                        .version = "1",
+                                        .config_text = "",
+                                        .log = &run.log,
+                                        .filtered = &run.filtered,
+                                        .verdict = &verdict});
+  for (const char* part :
+       {"Do not rely on the stated accuracy: sigmas are too small by 1.3", "gnss[0].position: too &lt;large&gt;",
+        "gyro_scale y is 19.4 sigmas from its prior; up to 4.5 may be"}) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
+}
+
+TEST(TuningPage, HasEveryNumberWithItsInterval) {
+  Tuning tuning;
+  tuning.numbers = {{"gyro.noise", "deg/s/sqrt(Hz)", 0.05, 0.051, 0.0494, 0.0524, true},
+                    {"gnss[0].sigma_scale", "", 1, 1.3, 0.4, 4, false}};
+  tuning.likelihood = 12.5;
+  tuning.rows = 321;
+  tuning.nis = {{"gnss[0].position", 100, 1.02, 0.03}};
+  const std::string page = tuning_page(tuning, "run <1>", "name: <x>", "1");
+  for (const char* part : {"run &lt;1&gt;", "<td class=\"number\">0.0494 to 0.0524</td>", "1 of 2", "12.5", "321 rows",
+                           "1.02 ± 0.03", "name: &lt;x&gt;", "not determined by the data", "<b>Figure 1.</b>"}) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
+  EXPECT_NE(tuning_page({}, "", "", "").find("</html>"), std::string::npos);
 }
 
 TEST(Html, DoesWithoutSmootherAndWithoutAnyEpoch) {

@@ -28,6 +28,8 @@ struct SourceVerdict {
   double rejected = 0;      ///< share that was rejected
   double smoothed = kNaN;   ///< rms of the residuals of the smoothed track, in sigmas of the fix; of positions
   bool holds = true;        ///< whether all of this is as expected
+  /// Why not: a sentence for each figure beyond its bound, with both.
+  std::vector<std::string> reasons = {};
 };
 
 /// The change of a constant of the run from its prior.

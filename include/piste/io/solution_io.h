@@ -84,9 +84,6 @@ class PlaceCsv {
   std::unique_ptr<Writer> writer_;
 };
 
-/// The rows that are nearest to the multiples of 1 / rate [Hz]; 0: all.
-std::vector<std::size_t> rows_at_rate(const Solution& solution, double rate);
-
 /// `filtered.csv`, `smoothed.csv`: geodetic position, velocity in local north-east-down, angles, and their sigmas.
 std::string navigation_csv(const Solution& solution);
 /// The same at a rate [Hz], 0 being that of the IMU, piece by piece.

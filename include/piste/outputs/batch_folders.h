@@ -9,8 +9,10 @@
 
 namespace piste {
 
-/// `alignment.json`, `aligned.csv`, `alignment.html` and `figures/*.svg`, in the folder of the pair.
-void write_alignment(OutputFolder& output, const AlignConfig& config, const AlignedPair& pair);
+/// `alignment.json`, `aligned.csv`, `alignment.html` and `figures/*.svg`, in the folder of the pair. `findings`: the
+/// errors of the IMU, which the page then has as well, and `findings.json`; null: they were not estimated.
+void write_alignment(OutputFolder& output, const AlignConfig& config, const AlignedPair& pair,
+                     const Findings* findings = nullptr);
 
 /// The tables of a study, `summary.json`, `figures/*.svg` and `study.html`.
 void write_study(OutputFolder& output, const StudyConfig& config, const Study& study);

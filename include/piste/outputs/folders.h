@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <string>
 
+#include "piste/configuration/replay_config.h"
 #include "piste/consistency/consistency.h"
 #include "piste/files/output.h"
 #include "piste/filter/run.h"
 #include "piste/inspect/inspection.h"
 #include "piste/sim/simulation.h"
+#include "piste/tune/likeliest_noise.h"
 
 namespace piste {
 
@@ -22,6 +24,9 @@ std::string write_inspection(OutputFolder& output, Inspection& found, const Prog
 /// `run_1/`, before their names.
 void write_simulation(OutputFolder& output, const std::string& prefix, const Scenario& scenario,
                       const Simulation& simulation, std::uint64_t seed);
+
+/// The files of a tuning (write_tuning()) and `tune.html`.
+void write_tune(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning);
 
 /// `consistency.json`, `consistency.md` and `consistency.html`. `title`: of the page; `scenario`: its text.
 void write_consistency(OutputFolder& output, const ConsistencyReport& report, const std::string& title,

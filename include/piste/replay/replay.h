@@ -30,6 +30,8 @@ struct RowStreams {
   RowTaker smoothed;  ///< takes the rows of the smoother
   /// Folder of unnamed files with the data that the smoother needs again: some kilobytes an epoch. Empty: memory.
   std::filesystem::path scratch;
+  /// Of the files for which they are [Hz], 0 being that of the IMU: the rows that stay are among those of this rate.
+  double rate = 0;
 };
 
 /// Options of a replay.

@@ -8,6 +8,7 @@
 #include "piste/core/aligned.h"
 #include "piste/core/log.h"
 #include "piste/core/sensor.h"
+#include "piste/fit/imu_fit.h"
 #include "piste/plot/figure.h"
 
 namespace piste {
@@ -19,8 +20,9 @@ struct AlignmentPicture {
   const AlignedImus* aligned = nullptr;          ///< from bring_together(), not filtered
   const std::vector<ImuSample>* body = nullptr;  ///< the input of align, each on its own clock
   const std::vector<ImuSample>* reference = nullptr;
-  double low_pass = 0;  ///< cut-off of both signals [Hz]; 0 = none
-  ImuSensor sensor;     ///< of the body IMU
+  double low_pass = 0;                 ///< cut-off of both signals [Hz]; 0 = none
+  ImuSensor sensor;                    ///< of the body IMU
+  const Findings* findings = nullptr;  ///< its errors, of `compare`; null: they were not estimated
 };
 
 /// Norms of the rates before the alignment, each on its own clock, and after it: the whole log, and some seconds of the

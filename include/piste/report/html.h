@@ -1,6 +1,7 @@
 #pragma once
 /// The page of a replay.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ struct ReplayReport {
   std::vector<Interval> outages = {};      ///< shown as shaded
   const FilterOptions* options = nullptr;  ///< whose priors are shown next to the estimates; null: none are
   std::vector<std::string> warnings = {};  ///< as terminal and summary.json have them
-  double rate = 0;        ///< of filtered.csv and smoothed.csv [Hz], whose rows are shown; 0: of the IMU
-  double bias_rate = 10;  ///< of biases.csv
+  double rate = 0;               ///< of filtered.csv and smoothed.csv [Hz], whose rows are shown; 0: of the IMU
+  std::optional<int> week = {};  ///< GPS week of the log's times; without it a page has seconds and no date
+  double bias_rate = 10;         ///< of biases.csv
 };
 
 /// A self-contained HTML file without network: date and duration, whether the sigmas can be relied on, the accuracy

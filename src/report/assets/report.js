@@ -59,7 +59,7 @@
 
   const tables = {};
   for (const [name, spec] of Object.entries(page.tables)) tables[name] = new Table(spec);
-  let which = tables.smoothed ? 'smoothed' : 'filtered';
+  let which = tables.smoothed ? 'smoothed' : tables.filtered ? 'filtered' : 'track';
   const tableName = name => name === 'solution' ? which : name === 'biases' ? 'biases_' + which : name;
 
   // Index of the first time at or after t.
@@ -681,7 +681,9 @@
       if (kind === 'height') return {values: track.column('height_m'), unit: 'm'};
       if (kind === 'sigma') return {values: valuesOf(which, 'hypot:sigma_north_m,sigma_east_m', 0), unit: 'm'};
       if (kind === 'quality') return {values: recentShare(track.time), unit: 'share of fixes used'};
-      return {values: valuesOf(which, 'hypot:velocity_north_m_s,velocity_east_m_s,velocity_down_m_s', 0), unit: 'm/s'};
+      const speed = valuesOf(which, 'hypot:velocity_north_m_s,velocity_east_m_s,velocity_down_m_s', 0);
+      if (!speed.some(Number.isFinite)) return {values: track.time.map(t => t - page.start), unit: 's'};
+      return {values: speed, unit: 'm/s'};
     }
     // Share of the last ten fixes that were used.
     function recentShare(times) {
@@ -912,7 +914,7 @@
     const early = page.charts.filter(spec => spec.name !== 'outcome');
     if (tables[which]) await tables[which].load();
     addCharts(early);
-    for (const chart of charts.slice(0, 2)) { chart.visible = true; chart.draw(); }
+    for (const chart of charts.slice(0, 2)) { await chart.load(); chart.visible = true; chart.draw(); }
     byId('tools').hidden = false;
     await frame();
     for (const name of Object.keys(tables).filter(name => name.startsWith('source_'))) await tables[name].load();
