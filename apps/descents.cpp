@@ -60,8 +60,9 @@ void run(const AppArguments& arguments, Progress& progress) {
 int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "descents",
-       .summary = "Compares runs of one course: crossing times at gates, time gained in sections and along a line, "
-                  "each with its sigma.",
+       .summary =
+           "Compares runs of one course. Gives crossing times at gates, and the time gained in sections and along "
+           "a line, each with its sigma.",
        .input = "RUN",
        .input_help = "configurations of replay, which are run, or folders of replays; NAME=RUN names one",
        .many_inputs = true,

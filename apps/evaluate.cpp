@@ -44,8 +44,8 @@ int main(int argc, char** argv) {
   const std::string formats = "format of {}, one of " + piste::trajectory_format_names() + " (default: recognised)";
   return piste::run_app(
       {.name = "evaluate",
-       .summary = "Compares a trajectory A with a reference B: absolute and relative errors, and whether the sigmas "
-                  "of A hold.",
+       .summary = "Compares a trajectory with a reference. Gives absolute and relative errors, and says whether the "
+                  "sigmas of the first hold.",
        .input = "A B",
        .input_help = "trajectories of any format, or folders of replays; B is the reference",
        .many_inputs = true,

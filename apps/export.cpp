@@ -38,7 +38,7 @@ void run(const AppArguments& arguments, Progress&) {
 int main(int argc, char** argv) {
   return piste::run_app(
       {.name = "export",
-       .summary = "Writes the trajectory of a replay in the format of another program.",
+       .summary = "Writes the trajectory of a replay for other programs. Says what the format cannot hold.",
        .input = "RUN",
        .input_help = "folder of a replay; its smoothed rows, or else the filtered ones",
        .has_output = false,
