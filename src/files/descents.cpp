@@ -18,7 +18,7 @@ void add_cell(std::string& text, double value, int decimals) {
   if (std::isfinite(value)) append_fixed(text, value, decimals);
 }
 
-constexpr int kSeconds = 6, kMetres = 4;
+constexpr int kSecondDecimals = 6, kMetreDecimals = 4;
 
 }  // namespace
 
@@ -58,19 +58,19 @@ std::string gained_csv(const DescentReport& report) {
   }
   text += '\n';
   for (const Passage& place : report.along) {
-    append_fixed(text, place.distance, kMetres);
+    append_fixed(text, place.distance, kMetreDecimals);
     for (std::size_t r = 0; r < report.runs.size(); ++r) {
       const Crossing& c = place.runs[r];
       if (r > 0) {
-        add_cell(text, c.gained, kSeconds);
-        add_cell(text, c.sigma_gained, kSeconds);
+        add_cell(text, c.gained, kSecondDecimals);
+        add_cell(text, c.sigma_gained, kSecondDecimals);
       }
       // Kinetic and potential, above the first crossing of the first run.
       const double energy =
           0.5 * c.speed * c.speed + kStandardGravity * (c.height - report.along.front().runs.front().height);
-      add_cell(text, c.time, kSeconds);
+      add_cell(text, c.time, kSecondDecimals);
       for (const double value : {c.offset, c.speed, energy, std::min(c.radius, 1e6), c.load})
-        add_cell(text, value, kMetres);
+        add_cell(text, value, kMetreDecimals);
     }
     text += '\n';
   }
@@ -84,11 +84,11 @@ std::string sections_csv(const DescentReport& report) {
   text += '\n';
   for (const Section& section : report.sections) {
     text += section.from + "," + section.to;
-    add_cell(text, section.length, kMetres);
-    for (const double duration : section.duration) add_cell(text, duration, kSeconds);
+    add_cell(text, section.length, kMetreDecimals);
+    for (const double duration : section.duration) add_cell(text, duration, kSecondDecimals);
     for (std::size_t r = 1; r < report.runs.size(); ++r) {
-      add_cell(text, section.gained[r], kSeconds);
-      add_cell(text, section.sigma[r], kSeconds);
+      add_cell(text, section.gained[r], kSecondDecimals);
+      add_cell(text, section.sigma[r], kSecondDecimals);
     }
     text += '\n';
   }
