@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::int64_t kMissing = std::numeric_limits<std::int64_t>::min();
 constexpr int kOrders = 3;
-const double kSigmaStep = std::log(1.01);
+const double kSigmaStep = std::log(1.005);
 constexpr double kLeastSigma = 1e-15;  // stands for zero
 
 std::uint64_t zigzag(std::int64_t number) {
@@ -62,7 +62,7 @@ void append(std::string& bytes, std::uint64_t number) {
 }  // namespace
 
 double step_below(std::span<const double> sigmas, double finest) {
-  constexpr double kParts = 50;
+  constexpr double kParts = 150;
   double least = std::numeric_limits<double>::infinity();
   for (const double s : sigmas) {
     if (s > 0) least = std::min(least, s);
@@ -99,7 +99,7 @@ void PackedTable::store(std::string name, std::span<const std::int64_t> numbers,
 }
 
 Envelope::Envelope(std::vector<std::string> names, std::size_t rows) {
-  constexpr std::size_t kGroups = 20000;
+  constexpr std::size_t kGroups = 12000;
   each_ = 1 + rows / kGroups;
   for (std::string& name : names) signals_.push_back({.name = std::move(name)});
 }

@@ -22,7 +22,7 @@ class PackedTable {
  public:
   /// A column whose values are exact to half a step. @pre step > 0; all columns are equally long
   void add(std::string name, std::span<const double> values, double step);
-  /// A column of sizes, exact to 0.5 %. What is not above zero is zero.
+  /// A column of sizes, exact to 0.25 %. What is not above zero is zero.
   void add_sigma(std::string name, std::span<const double> values);
 
   /// `{"rows", "columns": [{"name", "step", "log", "order", "at"}], "data"}`.
@@ -42,7 +42,7 @@ class PackedTable {
   std::size_t rows_ = 0;
 };
 
-/// Signals that alias if rows are left out: mean, least and largest value of each of at most some 20 000 equally long
+/// Signals that alias if rows are left out: mean, least and largest value of each of at most some 12 000 equally long
 /// groups of rows, in the columns `NAME`, `NAME_least` and `NAME_most`; single rows if these are not more.
 class Envelope {
  public:
@@ -68,7 +68,7 @@ class Envelope {
   std::vector<Signal> signals_;
 };
 
-/// A step that is at most a fiftieth of each sigma above zero, and not below `finest`, the last decimal of the files.
+/// A step that is at most a hundred-and-fiftieth of each sigma above zero, and not below `finest`, the last decimal of the files.
 double step_below(std::span<const double> sigmas, double finest);
 
 /// RFC 1951 (raw deflate) of some bytes.
