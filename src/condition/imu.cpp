@@ -58,7 +58,7 @@ Rows rows_in_span(ImuRecording& recording, const ConditioningOptions& options, L
   std::size_t count = 0;
   for (std::size_t i = 0; i < rows.time.size(); ++i) {
     const double t = gps_time(options.imu, first, rows.time[i]);
-    if (t < start || (end != 0 && t > end)) continue;
+    if ((start != 0 && t < start) || (end != 0 && t > end)) continue;
     rows.time[count] = t;
     rows.gyro[count] = (R_bs * rows.gyro[i]).eval();
     rows.accel[count] = (R_bs * rows.accel[i]).eval();

@@ -50,6 +50,7 @@ std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interva
   counts.gnss_outside.push_back(outside);
   counts.gnss_withheld.push_back(withheld);
   counts.gnss_without_fix.push_back(receiver.without_fix);
+  counts.gnss_not_used.push_back(receiver.not_used);
   counts.gnss_repaired.push_back(receiver.repaired);
   return used;
 }

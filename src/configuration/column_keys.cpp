@@ -32,7 +32,8 @@ constexpr std::array kGnss = std::to_array<ColumnQuantity>({{"latitude", dimensi
                                                             {"course", dimension::kAngle, 1, 1},
                                                             {"speed_accuracy", dimension::kVelocity, 1, 1},
                                                             {"course_accuracy", dimension::kAngle, 1, 1},
-                                                            {"fix", dimension::kRatio, 1, 1}});
+                                                            {"fix", dimension::kRatio, 1, 1},
+                                                            {"quality", dimension::kRatio, 1, 1}});
 constexpr std::array kAttitude =
     std::to_array<ColumnQuantity>({{"angles", dimension::kAngle, 3, 3}, {"sigma", dimension::kAngle, 3, 3}});
 
@@ -72,7 +73,10 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   if (digits && time.of != TimeScale::kBoot) {
     map.fail("unit", "hhmmss is a time of an unknown day: `of: boot`; with a date beside it, `unit: calendar`");
   }
-  if (time.unit != "calendar" && !digits) time.unit = read_unit(map, dimension::kTime);
+  const bool days = time.unit == kDatenum || time.unit == kSheetDays;
+  if (days && time.of != TimeScale::kUtc && time.of != TimeScale::kGps)
+    map.fail("unit", fmt::format("{} is a date and a time: `of: utc` or `of: gps`", time.unit));
+  if (time.unit != "calendar" && !digits && !days) time.unit = read_unit(map, dimension::kTime);
   if (!time.week.empty() && time.of != TimeScale::kGpsWeek)
     map.fail("week", "stands beside seconds of week: `of: gps_week`");
   const bool calendar = time.unit == "calendar";
@@ -157,6 +161,8 @@ ColumnUse read_use(const Config& columns, const ColumnQuantity& quantity) {
   if (place && map.has("axes"))
     use.axes = read_growth(map, kLevelAxes[key == "latitude" ? 0 : 1], !use.hemisphere.empty());
   if (key == "height") use.geoid = map.text("geoid", "");
+  if (key == "quality")
+    use.of = map.choice<std::string>("of", {{"words", ""}, {"nmea", "nmea"}, {"rtklib", "rtklib"}}, "");
   if (key == "fix") {
     for (const std::string& value : map.words("valid")) {
       try {
@@ -240,6 +246,7 @@ std::string text_of(const ColumnUse& use) {
   if (!use.hemisphere.empty()) text += ", hemisphere: " + plain_or_quoted(use.hemisphere);
   if (!use.axes.empty()) text += fmt::format(", axes: {}", fmt::join(use.axes, " "));
   if (!use.unit.empty()) text += ", unit: " + plain_or_quoted(use.unit);
+  if (!use.of.empty()) text += ", of: " + use.of;
   if (!use.valid.empty()) text += fmt::format(", valid: [{}]", fmt::join(use.valid, ", "));
   return text + "}";
 }

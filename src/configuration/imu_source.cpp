@@ -36,6 +36,15 @@ void check_range(const ImuRecording& imu, double range) {
                   beyond, imu.time.size(), kDegreesPerRadian * range, kDegreesPerRadian * largest, imu.time[first]));
 }
 
+// Reads the key `steps`: pairs of the log time of the last row before a step, and what the clock jumped.
+void read_clock_steps(const Config& clock, LogFile& log) {
+  for (const auto& [time, step] : clock.pairs("steps", dimension::kTime)) {
+    if (step == 0)
+      clock.fail("steps", fmt::format("[{}, {}]: what the clock jumped is expected, such as -0.7 s", time, step));
+    log.clock_steps.push_back({time, step});
+  }
+}
+
 std::string path_at(const Config& source, std::string_view key, DataFile data) {
   return (data == DataFile::kMustExist ? source.existing_file(key) : source.path(key)).string();
 }
@@ -118,6 +127,7 @@ ImuSource read_imu_source(const Config& imu, DataFile data) {
     source.conditioning.clock_drift = clock->quantity("drift", dimension::kRatio, 0);
     if (std::abs(source.conditioning.clock_drift) > 0.01)
       clock->fail("drift", "a clock is off by ppm, such as `20 ppm`");
+    read_clock_steps(*clock, source.log);
   }
   return source;
 }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "configuration/column_keys.h"
+#include "core/receiver_class.h"
 
 namespace piste {
 namespace {
@@ -62,6 +63,31 @@ double read_scale(const Config& source, std::string_view key) {
   const double scale = source.number(key, 1);
   if (!(scale > 0)) source.fail(key, "must be above zero, such as 1.5");
   return scale;
+}
+
+// Reads the factor of all positions, or one for each quality.
+void read_position_scale(const Config& source, SigmaScales& scales) {
+  if (!source.is_map("sigma_scale")) {
+    scales.position = read_scale(source, "sigma_scale");
+    return;
+  }
+  const Config map = source.map("sigma_scale");
+  for (std::size_t i = 0; i < kQualities; ++i) {
+    scales.of_quality[i] = read_scale(map, kQualityNames[i]);
+  }
+}
+
+void read_used_qualities(const Config& source, LogFile& log) {
+  for (const std::string& name : source.words("use_quality")) {
+    const auto place = std::find(kQualityNames.begin(), kQualityNames.end(), name);
+    if (place == kQualityNames.end()) {
+      const std::vector<std::string> names(kQualityNames.begin(), kQualityNames.end());
+      const auto near = nearest_spelling(name, names);
+      source.fail("use_quality", fmt::format("there is no quality `{}`{}; there are: {}", name,
+                                             near ? fmt::format(", perhaps `{}`", *near) : "", fmt::join(names, ", ")));
+    }
+    log.use_quality.push_back(static_cast<FixQuality>(place - kQualityNames.begin()));
+  }
 }
 
 // Reads a share of the stated sigmas: one value, or those of north, east and down.
@@ -166,9 +192,10 @@ LogFile read_gnss_file(const Config& source, DataFile data) {
   log.shared_stamps = source.choice<bool>("stamps", {{"as_logged", false}, {"shared", true}}, false);
   read_stated_sigma(source, dimension::kLength, "2 2 4 m", log);
   read_sigma_velocity(source, log);
-  log.sigma_scales = {.position = read_scale(source, "sigma_scale"),
-                      .height = read_scale(source, "sigma_height_scale"),
+  log.sigma_scales = {.height = read_scale(source, "sigma_height_scale"),
                       .velocity = read_scale(source, "sigma_velocity_scale")};
+  read_position_scale(source, log.sigma_scales);
+  read_used_qualities(source, log);
   if (log.format == LogFormat::kColumns) {
     log.columns = read_column_map(source, gnss_quantities());
     require_sigmas(source, log);

@@ -2,6 +2,7 @@
 /// Errors of receivers whose logs state no sigmas: the usual errors of their kind of solution.
 
 #include <array>
+#include <string_view>
 
 #include "piste/core/log.h"
 #include "piste/math/so3.h"
@@ -31,12 +32,17 @@ struct ReceiverClass {
 inline constexpr std::array kReceiverClasses{
     ReceiverClass{FixQuality::kUnknown, "single point", {3, 3, 6}, 0.95},
     ReceiverClass{FixQuality::kSingle, "single point", {3, 3, 6}, 0.95},
+    ReceiverClass{FixQuality::kSbas, "differential", {1.7, 1.7, 3.4}, 0.95},
     ReceiverClass{FixQuality::kDifferential, "differential", {1.7, 1.7, 3.4}, 0.95},
     ReceiverClass{FixQuality::kPrecise, "precise point", {0.1, 0.1, 0.2}, 0.9},
     ReceiverClass{FixQuality::kFloat, "float", {0.3, 0.3, 0.6}, 0.95},
     ReceiverClass{FixQuality::kFixed, "fixed", {0.015, 0.015, 0.03}, 0.7},
     ReceiverClass{FixQuality::kDeadReckoned, "dead reckoned", {3, 3, 6}, 0.95},
 };
+
+/// The names of the qualities in configurations.
+inline constexpr std::array<std::string_view, kQualities> kQualityNames{"unknown", "single", "sbas",  "differential",
+                                                                        "ppp",     "float",  "fixed", "dead_reckoned"};
 
 constexpr const ReceiverClass& receiver_class(FixQuality quality) {
   return kReceiverClasses[static_cast<std::size_t>(quality)];

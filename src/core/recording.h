@@ -22,6 +22,15 @@ void repair_rows(FixRecording<HeadingFix>& heading);
 void spread_stamps(ImuRecording& imu);
 void spread_stamps(GnssRecording& gnss);
 
+/// Takes the steps of its clock out of the times of an IMU, whose rows are in the order of the file. Throws DataError
+/// if there is no such step in them, or if rows are out of order all the same.
+void take_out_steps(ImuRecording& imu, const std::vector<ClockStep>& steps);
+
+/// The steps of a clock that was set while it ran: the time falls back once, by more than the clock is uneven, and goes
+/// on evenly. Empty where there is none, or where rows are out of order in another way. A step forward looks as rows
+/// that are missing do, and is not among them.
+std::vector<ClockStep> clock_steps(const std::vector<double>& time);
+
 /// Multiplies the sigmas of all fixes.
 void scale_sigmas(std::vector<GeodeticFix>& fixes, const SigmaScales& by);
 void scale_sigmas(std::vector<GnssFix>& fixes, const SigmaScales& by);

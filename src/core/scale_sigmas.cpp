@@ -1,3 +1,5 @@
+#include <type_traits>
+
 #include "core/recording.h"
 
 namespace piste {
@@ -7,6 +9,7 @@ template <typename Fix>
 void scale(std::vector<Fix>& fixes, const SigmaScales& by) {
   for (Fix& fix : fixes) {
     fix.sigma_position *= by.position;
+    if constexpr (std::is_same_v<Fix, GeodeticFix>) fix.sigma_position *= by.of(fix.quality);
     fix.sigma_position.z() *= by.height;
     if (fix.velocity) fix.velocity->sigma *= by.velocity;
   }

@@ -233,9 +233,9 @@ std::string summary_json(const Log& log, const Solution& filtered, const Solutio
   text += imus_entry(c.imus);
   text += fmt::format(
       "  \"gnss\": {{{}, \"withheld\": {}, \"outside\": {}, \"late\": {}, \"without_fix\": {}, "
-      "\"repaired\": {}}},\n",
+      "\"not_used\": {}, \"repaired\": {}}},\n",
       count_fixes(filtered, "gnss[").text(), sum(c.gnss_withheld), sum(c.gnss_outside), filtered.gnss_late,
-      sum(c.gnss_without_fix), repaired(sum(c.gnss_repaired)));
+      sum(c.gnss_without_fix), sum(c.gnss_not_used), repaired(sum(c.gnss_repaired)));
   text += fmt::format("  \"attitude\": {{{}, \"outside\": {}, \"not_valid\": {}, \"repaired\": {}}},\n",
                       count_fixes(filtered, "attitude[").text(), sum(c.attitude_outside), sum(c.attitude_not_valid),
                       repaired(sum(c.attitude_repaired)));

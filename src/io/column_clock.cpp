@@ -109,7 +109,10 @@ ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, Tim
       digits_(time.unit == "hhmmss"),
       increasing_(order),
       weeks_(order) {
-  if (calendar_ || digits_) {
+  constexpr int kDatenum1970 = 719529, kSheet1970 = 25569;
+  if (time.unit == kDatenum) day_zero_ = kDatenum1970;
+  if (time.unit == kSheetDays) day_zero_ = kSheet1970;
+  if (calendar_ || digits_ || day_zero_) {
     time_.index = reader.place_of(time.name, "time");
   } else {
     time_ = reader.column(time.name, "time", time.unit, dimension::kTime);
@@ -122,6 +125,7 @@ ColumnClock::ColumnClock(const ColumnReader& reader, const ColumnTime& time, Tim
 double ColumnClock::next() {
   const TextReader& text = reader_.text();
   if (calendar_) return weeks_.next(calendar(), text);
+  if (day_zero_) return weeks_.next(of_days(), text);
   if (digits_) return increasing_.later(since_midnight(), text);
   switch (of_) {
     case TimeScale::kBoot:
@@ -185,6 +189,18 @@ GpsTime ColumnClock::since_epoch() const {
   if (gps) return {static_cast<int>(seconds / kWeekSeconds), static_cast<double>(seconds % kWeekSeconds) + fraction};
   return gps_time(sys_days(days(seconds / kDaySeconds)), static_cast<double>(seconds % kDaySeconds) + fraction,
                   TimeSystem::kUtc);
+}
+
+GpsTime ColumnClock::of_days() const {
+  constexpr std::int64_t kLatest = 100000;  // days since 1970: in the year 2243
+  const auto [whole, left] = reader_.text().parts(time_.index);
+  const std::int64_t day = whole - *day_zero_;
+  if (!(day >= 0 && day < kLatest && left >= 0)) {
+    reader_.text().fail(fmt::format("{} is no time in days; datenum counts from the year 0, sheet_days from 1899",
+                                    reader_.text().fields()[time_.index]));
+  }
+  return gps_time(sys_days(days(day)), left * kDay + rest(),
+                  of_ == TimeScale::kGps ? TimeSystem::kGps : TimeSystem::kUtc);
 }
 
 GpsTime ColumnClock::calendar() {

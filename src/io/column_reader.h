@@ -74,12 +74,14 @@ class ColumnClock {
   double since_power_up();
   double since_midnight() const;
   GpsTime since_epoch() const;
+  GpsTime of_days() const;
   GpsTime calendar();
   double rest() const { return rest_ ? reader_.value(*rest_) : 0; }
 
   const ColumnReader& reader_;
   TimeScale of_;
   bool calendar_, digits_;
+  std::optional<int> day_zero_;  // of times in days: 1 January 1970 as they count
   Column time_;
   std::optional<Column> rest_;
   std::optional<std::size_t> week_, date_;

@@ -10,8 +10,10 @@
 
 #include "core/recording.h"
 #include "io/column_reader.h"
+#include "io/fix_quality.h"
 #include "log_formats.h"
 #include "piste/core/error.h"
+#include "piste/math/statistics.h"
 
 namespace piste::log_formats {
 namespace {
@@ -74,6 +76,23 @@ bool is_of_another(const ColumnReader& reader, std::initializer_list<const std::
   });
 }
 
+// Whether a triad is wholly empty beside another that is not: the slower sensor of a table has values in some rows.
+bool lacks_triad(const ColumnReader& reader, const ImuColumns& columns) {
+  return (!columns.gyro.empty() && is_of_another(reader, {&columns.gyro})) ||
+         (!columns.accel.empty() && is_of_another(reader, {&columns.accel})) ||
+         (!columns.gravity.empty() && is_of_another(reader, {&columns.gravity}));
+}
+
+// Whether a row has nothing but zeros, as before the sensor's first sample: no force is none of a body at rest or in
+// motion.
+bool is_all_zero(const ColumnReader& reader, const ImuColumns& columns) {
+  if (columns.gyro.empty() || columns.accel.empty()) return false;
+  const auto zero = [&](const Column& c) { return reader.find_value(c) == 0.0; };
+  return std::all_of(columns.gyro.begin(), columns.gyro.end(), zero) &&
+         std::all_of(columns.accel.begin(), columns.accel.end(), zero) &&
+         std::all_of(columns.gravity.begin(), columns.gravity.end(), zero);
+}
+
 // `apart`: whether gravity has a file of its own.
 ImuColumns imu_columns(const ColumnReader& reader, const ColumnMap& map, Part part, bool apart) {
   const auto find = [&](std::string_view key) {
@@ -107,6 +126,10 @@ ImuRecording read_part(const LogFile& log, const std::string& file, std::optiona
   imu.increments = columns.increments;
   const auto row = [&] {
     if (is_of_another(reader, {&columns.gyro, &columns.accel, &columns.gravity})) return;
+    if (lacks_triad(reader, columns) || is_all_zero(reader, columns)) {
+      ++imu.unpaired;
+      return;
+    }
     const double t = clock.next();
     const auto value = [&](const std::vector<Column>& of) -> Vector3d {
       return of.empty() ? Vector3d::Zero() : three(reader, of);
@@ -203,6 +226,7 @@ class FixReader {
     speed_accuracy_ = one("speed_accuracy");
     course_accuracy_ = one("course_accuracy");
     fix_ = one("fix");
+    quality_ = one("quality");
     for (std::size_t i = 0; i < hemisphere_.size(); ++i) {
       const ColumnUse& use = *map.find(kAngles[i]);
       if (!use.hemisphere.empty()) hemisphere_[i] = reader.place_of(use.hemisphere, "hemisphere");
@@ -214,15 +238,17 @@ class FixReader {
     }
   }
 
-  /// Whether the place is that of the row before, or missing: the fastest sensor makes the rows of a log of several.
-  bool is_repeated() {
-    std::array<double, 3> now{};
-    for (std::size_t i = 0; i < now.size(); ++i) {
+  /// Whether a row has a place, and whether it is that of the row with a place before: the fastest sensor makes the
+  /// rows of a log of several. A height or a speed that changes alone is no new fix: parsers set each as it comes.
+  enum class Place { kNone, kSame, kNew };
+  Place place() {
+    std::array<double, 2> now{};
+    for (std::size_t i = 0; i < place_.size(); ++i) {
       const auto value = reader_.find_value(place_[i]);
-      if (!value) return true;
-      now[i] = *value;
+      if (!value) return Place::kNone;
+      if (i < now.size()) now[i] = *value;
     }
-    return std::exchange(last_, now) == now;
+    return std::exchange(last_, now) == now ? Place::kSame : Place::kNew;
   }
 
   /// Whether the receiver says that it has a fix: by the column `fix`, by an accuracy above zero, as iOS and
@@ -235,6 +261,7 @@ class FixReader {
         return false;
       }
     }
+    if (quality_ && !quality()) return false;
     const auto radius = horizontal_ ? reader_.find_value(*horizontal_) : std::nullopt;
     if (radius && !(*radius > 0)) return false;
     for (const Column& c : place_) {
@@ -248,6 +275,7 @@ class FixReader {
     fix.time = time;
     fix.position = {angle(0), angle(1), reader_.value(place_[2]) + (geoid_ ? reader_.value(*geoid_) : 0)};
     fix.sigma_position = sigma();
+    if (quality_) fix.quality = quality().value_or(FixQuality::kUnknown);
     if (!covariance_.empty() && !log_.sigma) fix.correlation = correlations(covariance());
     if (velocity_.found()) fix.velocity = velocity();
     if (speed_) fix.velocity = velocity_along_course();
@@ -256,6 +284,15 @@ class FixReader {
   }
 
  private:
+  // Nothing where the receiver says that there is no fix, or none that it measured.
+  std::optional<FixQuality> quality() const {
+    const std::string& of = log_.columns->find("quality")->of;
+    if (of.empty()) return quality_of_word(reader_.text().fields()[quality_->index]);
+    const auto number = reader_.find_value(*quality_);
+    if (!number) return std::nullopt;
+    return of == "nmea" ? quality_of_nmea(*number) : quality_of_rtklib(*number);
+  }
+
   static constexpr std::array<std::string_view, 2> kAngles{"latitude", "longitude"};
 
   // Of degrees and minutes as one number, in degrees as it was read: 46° 5.838' are 4605.838.
@@ -363,19 +400,84 @@ class FixReader {
   std::array<std::optional<std::size_t>, 2> hemisphere_;
   std::array<bool, 2> minutes_{};
   std::optional<Column> geoid_;
-  std::optional<std::array<double, 3>> last_;
+  std::optional<std::array<double, 2>> last_;
   NedColumns sigma_, velocity_, sigma_velocity_;
   std::vector<Column> covariance_;
-  std::optional<Column> horizontal_, vertical_, speed_, course_, speed_accuracy_, course_accuracy_, fix_;
+  std::optional<Column> horizontal_, vertical_, speed_, course_, speed_accuracy_, course_accuracy_, fix_, quality_;
 };
+
+/// Takes one fix of the rows that repeat it. Its time is that of the first of them. A logger may set place, height and
+/// speed in different rows, as sentences arrive: the other values are those half-way to the next place, where all of
+/// one fix and none of the next have arrived.
+class HeldFixes {
+ public:
+  /// `settled`: rows behind the first.
+  HeldFixes(FixReader& fixes, ColumnClock& clock, std::size_t settled, GnssRecording& gnss)
+      : fixes_(fixes), clock_(clock), settled_(settled), gnss_(gnss) {}
+
+  void row() {
+    const FixReader::Place place = fixes_.place();
+    if (place != FixReader::Place::kSame) end();
+    if (place == FixReader::Place::kNone) return;
+    if (place == FixReader::Place::kNew) {
+      if (!fixes_.has_fix()) {
+        ++gnss_.without_fix;
+        return;
+      }
+      age_ = 0;
+      time_ = clock_.next();
+    } else if (!time_ || ++age_ > settled_) {
+      return;
+    }
+    const double time = *std::exchange(time_, std::nullopt);  // a row that cannot be read ends the fix
+    fix_ = fixes_.fix(time);
+    time_ = time;
+  }
+
+  /// Ends the fix of the rows before.
+  void end() {
+    if (fix_) gnss_.fixes.push_back(*fix_);
+    fix_.reset();
+    time_.reset();
+  }
+
+ private:
+  FixReader& fixes_;
+  ColumnClock& clock_;
+  std::size_t settled_, age_ = 0;
+  GnssRecording& gnss_;
+  std::optional<double> time_;
+  std::optional<GeodeticFix> fix_;
+};
+
+// Half the usual number of rows from one new place to the next.
+std::size_t rows_to_settle(const LogFile& log) {
+  ColumnReader reader(log.file, *log.columns, log.content);
+  FixReader fixes(log, reader, true);
+  std::vector<double> lengths;
+  double length = 0;
+  RowFaults unreadable;
+  for_each_row(
+      &unreadable, [&] { return reader.next(); },
+      [&] {
+        const FixReader::Place place = fixes.place();
+        if (place == FixReader::Place::kNew && length > 0) lengths.push_back(length);
+        if (place != FixReader::Place::kSame) length = 0;
+        if (place != FixReader::Place::kNone) ++length;
+      });
+  return lengths.empty() ? 0 : static_cast<std::size_t>(median(std::move(lengths)) / 2);
+}
 
 }  // namespace
 
 ImuRecording read_imu_columns(const LogFile& log, RowFaults* faults) {
   if (log.accel_file.empty()) return read_part(log, log.file, log.content, Part::kBoth, faults);
   ImuRecording gyro = read_part(log, log.file, log.content, Part::kGyro, faults);
+  if (log.as_it_stands) return gyro;
   ImuRecording accel = read_part(log, log.accel_file, {}, Part::kAccel, faults);
   if (!log.gravity_file.empty()) accel = sum_of(accel, read_part(log, log.gravity_file, {}, Part::kGravity, faults));
+  take_out_steps(gyro, log);
+  take_out_steps(accel, log);
   if (log.shared_stamps) {
     spread_stamps(gyro);
     spread_stamps(accel);
@@ -397,8 +499,14 @@ GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults) {
   ColumnClock clock(reader, log.columns->time, log.order());
   GnssRecording gnss;
   gnss.file = log.file;
+  if (log.columns->only_new) {
+    HeldFixes held(fixes, clock, rows_to_settle(log), gnss);
+    for_each_row(
+        faults, [&] { return reader.next(); }, [&] { held.row(); });
+    held.end();
+    return gnss;
+  }
   const auto row = [&] {
-    if (log.columns->only_new && fixes.is_repeated()) return;
     if (!fixes.has_fix()) {
       ++gnss.without_fix;
       return;

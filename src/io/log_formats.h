@@ -42,6 +42,10 @@ void check_rate(const Vector3d& rate, const RowSource& row);
 /// The same for an increment [rad] that ends at `time`, behind the last row of `imu`.
 void check_turn(const Vector3d& dtheta, double time, const ImuRecording& imu, const RowSource& row);
 
+/// Takes the steps of its clock out of an IMU's times. Throws DataError if the rows are not in order then, unless they
+/// are to be put in order.
+void take_out_steps(ImuRecording& imu, const LogFile& log);
+
 /// The sigma where none is stated.
 inline Vector3d unknown_sigma() { return Vector3d::Constant(std::numeric_limits<double>::infinity()); }
 

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -69,6 +71,11 @@ void check_gravity(const ImuRecording& imu) {
                         "acceleration? Then log the accelerometers' own output"));
 }
 
+// Leaves out fixes that are no measurements, or of a quality that the user does not want.
+void leave_out_qualities(GnssRecording& gnss, const LogFile& log) {
+  gnss.not_used += std::erase_if(gnss.fixes, [&](const GeodeticFix& fix) { return !log.uses(fix.quality); });
+}
+
 }  // namespace
 
 std::string_view name_of(LogFormat format) {
@@ -126,6 +133,8 @@ ImuRecording read_imu(const LogFile& log, RowFaults* faults) {
       wrong_format(log, "an IMU", "csv, kf_gins, xsens_ascii, imr, novatel or columns");
   }
   left_out.count_in(imu.repaired, imu.time.size());
+  if (log.accel_file.empty()) log_formats::take_out_steps(imu, log);
+  if (log.as_it_stands) return imu;
   if (log.shared_stamps && log.accel_file.empty()) spread_stamps(imu);
   if (log.repair) repair_rows(imu);
   if (log.even_stamps && log.accel_file.empty()) even_stamps(imu);
@@ -163,10 +172,16 @@ GnssRecording read_gnss(const LogFile& log, RowFaults* faults) {
     case LogFormat::kInspva:
       wrong_format(log, "GNSS", "csv, kf_gins, rtklib_pos, nmea, ubx, novatel or columns");
   }
-  left_out.count_in(gnss.repaired, gnss.fixes.size());
+  leave_out_qualities(gnss, log);
+  left_out.count_in(gnss.repaired, gnss.fixes.size() + gnss.not_used);
   if (log.shared_stamps) spread_stamps(gnss);
   if (log.repair) repair_rows(gnss);
   scale_sigmas(gnss.fixes, log.sigma_scales);
+  if (faults == nullptr && gnss.not_used > 0 && gnss.fixes.empty()) {
+    throw DataError(log.file + ":1", fmt::format("none of its {} fixes is of a quality that is used; `use_quality` "
+                                                 "names those that are, and dead-reckoned ones are no measurements",
+                                                 gnss.not_used));
+  }
   if (faults == nullptr) require_rows(gnss.fixes, log, "fix");
   return gnss;
 }
@@ -190,6 +205,17 @@ AttitudeRecording read_attitude(const LogFile& log, RowFaults* faults) {
 }
 
 namespace log_formats {
+
+void take_out_steps(ImuRecording& imu, const LogFile& log) {
+  piste::take_out_steps(imu, log.clock_steps);
+  if (log.clock_steps.empty() || log.repair) return;
+  const auto back = std::adjacent_find(imu.time.begin(), imu.time.end(), std::greater_equal<>());
+  if (back == imu.time.end()) return;
+  throw DataError(imu.file,
+                  fmt::format("without the steps of its clock, time {:.6f} s does not increase after {:.6f} s; "
+                              "name all steps, or let piste sort the rows: `repair: true`",
+                              *(back + 1), *back));
+}
 
 void check_rate(const Vector3d& rate, const RowSource& row) {
   constexpr double kFastest = 60;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include <utility>
 
 #include "gps_time.h"
+#include "io/fix_quality.h"
 #include "log_formats.h"
 #include "log_week.h"
 #include "math/time.h"
@@ -21,9 +23,16 @@ using std::chrono::sys_days;
 
 constexpr double kKnot = 1852 / kHour;  // m/s
 
+/// How the sentences of a file are written.
+struct Dialect {
+  bool checked = true;  ///< sentences have a checksum: one without a right one is refused
+  bool geoid = true;    ///< the height of the geoid is stated: a GGA without it is refused
+};
+
 struct Place {
   Geodetic position;
   FixQuality quality = FixQuality::kUnknown;
+  bool above_sea = false;  ///< the height is, as the geoid's is not stated
 };
 
 /// The contents of one sentence.
@@ -36,12 +45,15 @@ struct Contents {
   Correlation correlation = Correlation::Zero();
   std::optional<Vector3d> velocity;  ///< north, east; down is not stated
   bool without_fix = false;
+  bool estimated = false;  ///< the receiver says that it dead-reckons
+  bool unchecked = false;  ///< read without a right checksum
 };
 
 /// One sentence that is read, its fields counted from the one after its name.
 class Sentence {
  public:
-  explicit Sentence(const TextReader& reader) : reader_(reader) {}
+  Sentence(const TextReader& reader, const Dialect& dialect) : reader_(reader), dialect_(dialect) {}
+  const Dialect& dialect() const { return dialect_; }
 
   void require_fields(std::size_t least) const {
     if (reader_.fields().size() <= least) {
@@ -50,6 +62,7 @@ class Sentence {
                    RowFault::Kind::kFields);
     }
   }
+  std::size_t fields() const { return reader_.fields().size(); }
   std::string_view text(std::size_t i) const { return reader_.fields()[i]; }
   double number(std::size_t i) const { return reader_.number(i); }
   std::optional<double> find(std::size_t i) const {
@@ -89,6 +102,7 @@ class Sentence {
 
  private:
   const TextReader& reader_;
+  const Dialect& dialect_;
 };
 
 std::optional<sys_days> date_of(const Sentence& s, double year, double month, double day) {
@@ -98,14 +112,10 @@ std::optional<sys_days> date_of(const Sentence& s, double year, double month, do
 }
 
 FixQuality quality_of(const Sentence& s) {
-  const std::string_view quality = s.text(6);
-  if (quality == "1") return FixQuality::kSingle;
-  if (quality == "2" || quality == "9") return FixQuality::kDifferential;  // 9: with SBAS, of NovAtel
-  if (quality == "3") return FixQuality::kPrecise;
-  if (quality == "4") return FixQuality::kFixed;
-  if (quality == "5") return FixQuality::kFloat;
-  if (quality == "6") return FixQuality::kDeadReckoned;
-  s.fail(fmt::format("quality `{}` of GGA; 0 to 6 are fixes that a receiver measured", quality));
+  constexpr std::size_t kIndicator = 6;
+  const auto number = number_in(s.text(kIndicator), TextReader::Separator::kComma);
+  if (const auto quality = quality_of_nmea(number.value_or(0))) return *quality;
+  s.fail(fmt::format("quality `{}` of GGA; 0 to 6 are fixes that a receiver measured", s.text(kIndicator)));
 }
 
 // Of a sentence that may be the first of its epoch.
@@ -126,12 +136,14 @@ Contents read_gga(const Sentence& s) {
   if (!contents.time_of_day) s.fail("a fix without its time of day");
   Place place;
   place.quality = quality_of(s);
-  if (s.text(11).empty()) {
+  place.above_sea = s.text(11).empty();
+  if (place.above_sea && s.dialect().geoid) {
     s.fail(
-        "the geoid separation is empty, so that the height above the ellipsoid is not known; let the receiver write "
-        "it, or use a log in another format");
+        "the geoid separation is empty, and others are not, so that the height above the ellipsoid is not known; let "
+        "the receiver write it, or use a log in another format");
   }
-  place.position = geodetic_degrees(s.angle(2, 'N', 'S'), s.angle(4, 'E', 'W'), s.metres(9) + s.metres(11));
+  const double geoid = place.above_sea ? 0 : s.metres(11);
+  place.position = geodetic_degrees(s.angle(2, 'N', 'S'), s.angle(4, 'E', 'W'), s.metres(9) + geoid);
   contents.place = place;
   return contents;
 }
@@ -154,6 +166,8 @@ Contents read_gst(const Sentence& s) {
 Contents read_rmc(const Sentence& s) {
   Contents contents = opening(s, 11);
   if (s.text(2) != "A") return contents;  // the clock may be free
+  constexpr std::size_t kMode = 12;
+  contents.estimated = s.fields() > kMode && s.text(kMode) == "E";
   const auto knots = s.find(7), course = s.find(8);
   if (knots && (course || *knots == 0)) {  // a receiver that stands need not know a course
     const double direction = kDegree * course.value_or(0);
@@ -184,27 +198,87 @@ Contents read_zda(const Sentence& s) {
   return contents;
 }
 
+// The sentence of a line: behind the stamp of a terminal or the frame of a binary protocol, within the quotes and
+// before the empty cells of a spreadsheet. Nothing if there is none.
+std::string_view sentence_in(std::string_view line) {
+  const auto begins = [&](std::size_t at) {
+    constexpr std::size_t kName = 5;
+    const std::string_view name = line.substr(at + 1, kName);
+    return line.substr(at).size() > kName + 1 && line[at + 1 + kName] == ',' &&
+           std::all_of(name.begin(), name.end(), [](char c) { return c >= 'A' && c <= 'Z'; });
+  };
+  std::size_t start = 0;
+  if (!line.starts_with('$') && !line.starts_with('!')) {
+    do {
+      start = line.find('$', start);
+      if (start == std::string_view::npos) return {};
+    } while (!begins(start) && ++start > 0);
+  }
+  const auto up_to = [&](std::string_view marks) {
+    const std::size_t end = line.find_last_not_of(marks);
+    return end == std::string_view::npos || end < start ? std::string_view() : line.substr(start, end + 1 - start);
+  };
+  constexpr std::size_t kChecksum = 3;
+  const std::string_view checked = up_to(", \t\"");  // without one, empty fields are the sentence's own
+  const bool ends = checked.size() > kChecksum && checked[checked.size() - kChecksum] == '*';
+  return ends ? checked : up_to(" \t\"");
+}
+
+// The text between `$` and `*`, where there is no checksum that could be right.
+std::string_view unchecked_body(std::string_view sentence) {
+  return sentence.substr(1, std::min(sentence.find('*'), sentence.size()) - 1);
+}
+
 /// Reads the current line of `reader`. The result is empty for a sentence that is skipped.
-Contents read_sentence(TextReader& reader) {
-  if (!reader.line().starts_with('$') && !reader.line().starts_with('!')) {
+Contents read_sentence(TextReader& reader, const Dialect& dialect) {
+  const std::string_view sentence = sentence_in(reader.line());
+  if (sentence.empty()) {
+    constexpr std::size_t kSmallestFrame = 8;  // bytes, of u-blox
+    const std::size_t frame = reader.line().find("\xB5\x62");
+    if (frame != std::string_view::npos && reader.line().size() >= frame + kSmallestFrame) return {};
     reader.fail("no NMEA sentence: `$…*HH` is expected; is the line cut, or the log a binary one (format: ubx)?",
                 RowFault::Kind::kText);
   }
-  const auto body = nmea_body(reader.line());
-  if (!body) {
+  auto body = nmea_body(sentence);
+  const bool unchecked = !body;
+  if (unchecked && dialect.checked) {
     reader.fail("the checksum `*HH` is missing or wrong; is the line cut or garbled? Delete it",
                 RowFault::Kind::kChecksum);
   }
+  if (unchecked) body = unchecked_body(sentence);
   const std::string_view name = body->substr(0, body->find(','));
-  if (name.size() != 5 || name.starts_with('P') || reader.line().starts_with('!')) return {};
+  if (name.size() != 5 || name.starts_with('P') || sentence.starts_with('!')) return {};
   constexpr std::array<std::pair<std::string_view, Contents (*)(const Sentence&)>, 5> kSentences{
       {{"GGA", read_gga}, {"GST", read_gst}, {"RMC", read_rmc}, {"VTG", read_vtg}, {"ZDA", read_zda}}};
   for (const auto& [kind, read] : kSentences) {
     if (name.substr(2) != kind) continue;
     reader.split(*body);
-    return read(Sentence(reader));
+    Contents contents = read(Sentence(reader, dialect));
+    contents.unchecked = unchecked;
+    return contents;
   }
   return {};
+}
+
+// How the sentences of a file are written: without checksums if of many not one has a right one, as some loggers leave
+// them out, and a spreadsheet rewrites the numbers; without the geoid if no GGA states it.
+Dialect dialect_of(const LogFile& log) {
+  constexpr std::size_t kMany = 10, kGeoid = 11;
+  Dialect dialect{false, false};
+  std::size_t sentences = 0;
+  TextReader reader(log.file, TextReader::Separator::kComma, log.content);
+  while (!(dialect.checked && dialect.geoid) && reader.next()) {
+    const std::string_view sentence = sentence_in(reader.line());
+    if (sentence.empty()) continue;
+    ++sentences;
+    dialect.checked = dialect.checked || nmea_body(sentence);
+    const std::string_view body = unchecked_body(sentence);
+    if (dialect.geoid || body.size() < 5 || body.substr(2, 3) != "GGA") continue;
+    reader.split(body);
+    dialect.geoid = reader.fields().size() > kGeoid && !reader.fields()[kGeoid].empty();
+  }
+  dialect.checked = dialect.checked || sentences < kMany;
+  return dialect;
 }
 
 /// The day of each time of day, in order. A new day begins where the time falls back by more than half a day, or where
@@ -229,12 +303,12 @@ class Calendar {
 
 /// The day of the first time of day: the first stated date less the number of midnights before it. Nothing if no date
 /// is stated.
-std::optional<sys_days> first_day(const LogFile& log) {
+std::optional<sys_days> first_day(const LogFile& log, const Dialect& dialect) {
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
   Calendar from_zero{sys_days{}};
   while (reader.next()) {
     try {
-      const Contents contents = read_sentence(reader);
+      const Contents contents = read_sentence(reader, dialect);
       if (!contents.time_of_day) continue;
       const auto passed = from_zero.pass(*contents.time_of_day, std::nullopt).time_since_epoch();
       if (contents.date) return *contents.date - passed;
@@ -252,13 +326,14 @@ struct Epoch : Contents {
 
 class EpochReader {
  public:
-  EpochReader(const LogFile& log, sys_days first)
-      : reader_(log.file, TextReader::Separator::kComma, log.content), calendar_(first) {}
+  EpochReader(const LogFile& log, const Dialect& dialect, sys_days first)
+      : reader_(log.file, TextReader::Separator::kComma, log.content), dialect_(dialect), calendar_(first) {}
 
   /// Goes to the next epoch that has a place; false at the end of the file.
   bool next() {
     while (reader_.next()) {
-      const Contents contents = read_sentence(reader_);
+      const Contents contents = read_sentence(reader_, dialect_);
+      unchecked_ += contents.unchecked ? 1 : 0;
       without_fix_ += contents.without_fix ? 1 : 0;
       const bool changes = contents.opens_epoch && contents.time_of_day && contents.time_of_day != open_.time_of_day;
       if (changes) close();
@@ -272,6 +347,7 @@ class EpochReader {
   const Epoch& epoch() const { return done_; }
   RowSource row() const { return {reader_.file(), RowSource::Counts::kLines, done_.line}; }
   std::size_t without_fix() const { return without_fix_; }
+  std::size_t unchecked() const { return unchecked_; }
 
  private:
   void close() {
@@ -293,13 +369,15 @@ class EpochReader {
       open_.correlation = contents.correlation;
     }
     if (contents.velocity) open_.velocity = contents.velocity;
+    open_.estimated = open_.estimated || contents.estimated;
     if (contents.date && contents.time_of_day == open_.time_of_day) open_.date = contents.date;
   }
 
   TextReader reader_;
+  Dialect dialect_;
   Calendar calendar_;
   Epoch open_, done_;
-  std::size_t without_fix_ = 0;
+  std::size_t without_fix_ = 0, unchecked_ = 0;
 };
 
 }  // namespace
@@ -318,8 +396,9 @@ std::optional<std::string_view> nmea_body(std::string_view line) {
 }
 
 GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
-  const auto first = first_day(log);
-  EpochReader epochs(log, first.value_or(sys_days{}));
+  const Dialect dialect = dialect_of(log);
+  const auto first = first_day(log, dialect);
+  EpochReader epochs(log, dialect, first.value_or(sys_days{}));
   GnssRecording gnss{log.file, {}};
   WeekTime times(log.order());
   bool has_velocity = false;
@@ -334,7 +413,8 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
     GeodeticFix fix;
     fix.time = times.next(gps_time(e.day, *e.time_of_day, TimeSystem::kUtc), row);
     fix.position = e.place->position;
-    fix.quality = e.place->quality;
+    fix.quality = e.estimated ? FixQuality::kDeadReckoned : e.place->quality;
+    gnss.above_sea += e.place->above_sea ? 1 : 0;
     if (!e.sigma && !log.sigma && is_for_use(faults)) {
       row.fail(
           "no GST of this time with the sigmas of latitude, longitude and altitude; let the receiver write GST as "
@@ -353,7 +433,8 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
   for_each_row(
       faults, [&] { return epochs.next(); }, epoch);
   gnss.without_fix = epochs.without_fix();
-  if (log.sigma_velocity && !has_velocity && !gnss.fixes.empty()) {
+  gnss.unchecked = epochs.unchecked();
+  if (is_for_use(faults) && log.sigma_velocity && !has_velocity && !gnss.fixes.empty()) {
     throw DataError(
         log.file,
         "no RMC with status A gives a fix its speed and course; let the receiver write RMC as often as GGA, "

@@ -87,7 +87,8 @@ FixQuality quality_of(const TextReader& reader, std::string_view type) {
                     type));
   }
   if (type == "SINGLE") return FixQuality::kSingle;
-  if (type == "PSRDIFF" || type == "WAAS" || type == "SBAS" || type == "OMNISTAR") return FixQuality::kDifferential;
+  if (type == "WAAS" || type == "SBAS") return FixQuality::kSbas;
+  if (type == "PSRDIFF" || type == "OMNISTAR") return FixQuality::kDifferential;
   if (type.starts_with("PPP")) return FixQuality::kPrecise;
   if (type.ends_with("_FLOAT")) return FixQuality::kFloat;
   if (type.ends_with("_INT")) return FixQuality::kFixed;

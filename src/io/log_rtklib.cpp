@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gps_time.h"
+#include "io/fix_quality.h"
 #include "log_formats.h"
 #include "log_week.h"
 #include "math/numbers.h"
@@ -71,14 +72,8 @@ GpsTime time_of(const TextReader& reader, TimeSystem system) {
   return gps_time({static_cast<int>(week), seconds}, system);
 }
 
-// Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,7:dead reckoning
 FixQuality quality_of(const TextReader& reader, double q) {
-  constexpr std::array kQualities{FixQuality::kFixed,        FixQuality::kFloat,  FixQuality::kDifferential,
-                                  FixQuality::kDifferential, FixQuality::kSingle, FixQuality::kPrecise,
-                                  FixQuality::kDeadReckoned};
-  for (std::size_t i = 0; i < kQualities.size(); ++i) {
-    if (q == static_cast<double>(i + 1)) return kQualities[i];
-  }
+  if (const auto quality = quality_of_rtklib(q)) return *quality;
   reader.fail(fmt::format("quality Q = {:g}; 1 (fixed) to 7 are RTKLIB's", q));
 }
 
@@ -128,6 +123,24 @@ std::optional<PosHeader> header_of(const TextReader& reader) {
   return header;
 }
 
+// The columns of a file without a header, as Emlid's .LLH: those that RTKLIB writes of a solution in latitude,
+// longitude and height, in GPS time.
+PosHeader usual_header(const TextReader& reader) {
+  PosHeader header;
+  header.names = {"Q", "ns", "sdn(m)", "sde(m)", "sdu(m)", "sdne(m)", "sdeu(m)", "sdun(m)", "age(s)", "ratio"};
+  const std::size_t fields = reader.fields().size(), plain = header.fields();
+  constexpr std::size_t kWithVelocities = 9;
+  if (fields == plain + kWithVelocities)
+    header.names.insert(header.names.end(),
+                        {"vn(m/s)", "ve(m/s)", "vu(m/s)", "sdvn", "sdve", "sdvu", "sdvne", "sdveu", "sdvun"});
+  if (fields != header.fields()) {
+    refuse(reader, fmt::format("no header line before the first fix, and {} fields, not {} as RTKLIB writes them; set "
+                               "out-outhead=on in RTKLIB",
+                               fields, plain));
+  }
+  return header;
+}
+
 // The correlations by sdne, sdeu and sdun: each is the square root of a covariance, with its sign. Zero where the
 // header does not have all of them.
 template <class Value>
@@ -153,7 +166,7 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
       if (auto found = header_of(reader)) header = std::move(found);
       return;
     }
-    if (!header) refuse(reader, "no header line before the first fix; set out-outhead=on in RTKLIB");
+    if (!header) header = usual_header(reader);
     if (reader.fields().size() != header->fields()) {
       reader.fail(fmt::format("{} fields, but the header promises {}; is the line cut?", reader.fields().size(),
                               header->fields()),

@@ -102,8 +102,8 @@ void describe(SheetWriter& sheet, const ImuHealth& h) {
 }
 
 void describe(SheetWriter& sheet, const GnssHealth& h) {
-  static constexpr std::array<std::string_view, 7> kNames{"unknown", "single", "differential", "precise",
-                                                          "float",   "fixed",  "dead reckoned"};
+  static constexpr std::array<std::string_view, kQualities> kNames{"unknown", "single", "sbas",  "differential",
+                                                                   "precise", "float",  "fixed", "dead reckoned"};
   std::vector<std::string> kinds;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     if (h.qualities[i] > 0) kinds.push_back(fmt::format("{} {}", h.qualities[i], kNames[i]));

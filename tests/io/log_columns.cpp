@@ -236,6 +236,84 @@ TEST_F(Columns, RowsWithoutAnyValueAreOfAnother) {
   EXPECT_TRUE(contains(refused([&] { imu(header + rows + "5,0,0,,0,0,1,\n", keys); }), "imu.txt:6"));
 }
 
+// Of a table in which one sensor is slower, and of a logger that writes zeros before the first sample.
+TEST_F(Columns, RowsWithoutATriadArePassedOverAndCounted) {
+  const std::string keys =
+      "columns: {time: {name: t, unit: s}, gyro: {names: [gx, gy, gz], unit: deg/s}, accel: "
+      "{names: [ax, ay, az], unit: g}}";
+  const ImuRecording read =
+      imu("t,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,0\n1,0,0,0,0,0,1\n2,,,,0,0,1\n3,1,0,0,,,\n4,0,0,0,0,0,1\n", keys);
+  EXPECT_EQ(read.time, (std::vector<double>{1, 4}));
+  EXPECT_EQ(read.unpaired, 3U);
+}
+
+// Sentences arrive one after another: place in one row, speed in the next, height in the one after.
+TEST_F(Columns, WhatChangesARowLaterBelongsToThePlace) {
+  std::string rows = "t,lat,lon,h,v,c\n";
+  for (int fix = 0, row = 0; fix < 20; ++fix) {
+    for (int k = 0; k < 6; ++k, ++row) {
+      rows += fmt::format("{:.2f},46.{:04},7,{},{},0\n", 0.02 * row, 100 + fix, 300 + (k < 2 ? fix - 1 : fix),
+                          k < 1 ? fix - 1 : fix);
+    }
+  }
+  const GnssRecording read =
+      gnss(rows, "sigma: 1 1 1 m, sigma_velocity: 0.1 m/s, columns: {time: {name: t, unit: s}, " + kPlace +
+                     ", speed: {name: v, unit: m/s}, course: {name: c, unit: deg}, only_new: true}");
+  ASSERT_EQ(read.fixes.size(), 20U);
+  for (int fix = 1; fix < 20; ++fix) {
+    const GeodeticFix& found = read.fixes[static_cast<std::size_t>(fix)];
+    EXPECT_NEAR(found.time, 0.12 * fix, 1e-9);
+    EXPECT_EQ(found.position.height, 300 + fix);
+    EXPECT_NEAR(found.velocity->value.x(), fix, 1e-9);
+  }
+}
+
+TEST_F(Columns, QualitiesOfFixes) {
+  const auto read = [&](const std::string& of, const std::array<std::string, 4>& values, const std::string& more) {
+    std::string rows = "t,lat,lon,h,Q\n";
+    for (std::size_t i = 0; i < values.size(); ++i) rows += fmt::format("{},46.{},7,1,{}\n", i, i, values[i]);
+    return gnss(rows, "sigma: 1 1 1 m, " + more + "columns: {time: {name: t, unit: s}, " + kPlace +
+                          ", quality: {name: Q" + of + "}}");
+  };
+  using enum FixQuality;
+  for (const auto& [of, values] : {std::pair{", of: nmea", std::array<std::string, 4>{"4", "5", "0", "1"}},
+                                   std::pair{", of: rtklib", std::array<std::string, 4>{"1", "2", "9", "5"}},
+                                   std::pair{"", std::array<std::string, 4>{"RTK_FIXED", "float", "no fix", "3D"}}}) {
+    const GnssRecording all = read(of, values, "");
+    ASSERT_EQ(all.fixes.size(), 3U) << of;
+    EXPECT_EQ(all.without_fix, 1U);
+    EXPECT_EQ(all.fixes[0].quality, kFixed);
+    EXPECT_EQ(all.fixes[1].quality, kFloat);
+    EXPECT_EQ(all.fixes[2].quality, kSingle);
+    const GnssRecording sure = read(of, values, "use_quality: [fixed, float], sigma_scale: {fixed: 0.5, float: 3}, ");
+    ASSERT_EQ(sure.fixes.size(), 2U);
+    EXPECT_EQ(sure.not_used, 1U);
+    EXPECT_EQ(sure.fixes[0].sigma_position.x(), 0.5);
+    EXPECT_EQ(sure.fixes[1].sigma_position.x(), 3);
+  }
+  EXPECT_TRUE(contains(refused([&] {
+                         read("", {"FIX", "FIX", "FIX", "FIX"}, "use_quality: flaot, ");
+                       }),
+                       "there is no quality `flaot`; there are"));
+}
+
+TEST_F(Columns, TimesInDays) {
+  const auto times = [&](const std::string& rows, const std::string& unit) {
+    return imu("t,gx,gy,gz,ax,ay,az\n" + rows, "columns: {time: {name: t, of: utc, unit: " + unit +
+                                                   "}, gyro: {names: [gx, gy, gz], unit: deg/s}, accel: {names: [ax, "
+                                                   "ay, az], unit: g}}")
+        .time;
+  };
+  // Wednesday, 7 February 2024, 12:00 UTC, and 0.864 s later.
+  const std::string values = ",0,0,0,0,0,1\n";
+  for (const auto& [day, unit] : {std::pair{"739289", "datenum"}, std::pair{"45329", "sheet_days"}}) {
+    const auto read = times(fmt::format("{0}.50000{1}{0}.50001{1}", day, values), unit);
+    EXPECT_NEAR(read.at(0), 3 * 86400 + 12 * 3600 + 18, 1e-6) << unit;
+    EXPECT_NEAR(read.at(1) - read.at(0), 0.864, 1e-6) << unit;
+  }
+  EXPECT_TRUE(contains(refused([&] { times("12.5" + values + "12.6" + values, "datenum"); }), "is no time in days"));
+}
+
 TEST_F(Columns, ALineOfUnitsStandsBelowTheNames) {
   const std::string keys = "columns: {time: {name: t}, gyro: {names: [gx, gy, gz]}, accel: {names: [ax, ay, az]}}";
   const std::string rows = "1,3,0,0,0,0,1\n2,3,0,0,0,0,1\n";

@@ -222,7 +222,8 @@ TEST_F(LogIo, CsvCorrelations) {
 TEST_F(LogIo, RtklibRefusals) {
   const auto refused = [&](const std::string& text) { return refused_gnss(text, LogFormat::kRtklibPos); };
   const std::string place = " 46.5 7.25 1600" + kRest;
-  EXPECT_TRUE(contains(refused("2374 1" + place), "log:1: no header line"));
+  EXPECT_TRUE(
+      contains(refused("2374 1 46.5 7.25 1600 1 9\n"), "log:1: no header line before the first fix, and 7 fields"));
   EXPECT_TRUE(
       contains(refused(header("GPST") + "2374 1 46.5 7.25 1600 1 9\n"), "log:3: 7 fields, but the header promises 15"));
   EXPECT_TRUE(

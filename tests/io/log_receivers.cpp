@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 
 #include "piste/io/log_io.h"
@@ -177,8 +178,75 @@ TEST(Nmea, QualityOfGga) {
   for (const auto& [digit, quality] : qualities) {
     std::string gga = "GPGGA,100000" + kGgaTail;
     gga.replace(gga.find(",W,1"), 4, std::string(",W,") + digit);
-    EXPECT_EQ(stated_nmea(nmea(gga) + rmc("100000", "080725")).fixes[0].quality, quality);
+    const std::string text = nmea(gga) + rmc("100000", "080725");
+    LogFile log = log_of(text, LogFormat::kNmea);
+    log.sigma = Vector3d(3, 3, 6);
+    log.use_quality = {quality};
+    EXPECT_EQ(read_gnss(log).fixes.at(0).quality, quality);
   }
+}
+
+// A fix that the receiver carried on is no measurement: GGA says so by its quality, RMC by its mode.
+TEST(Nmea, DeadReckonedFixesAreLeftOutAndCounted) {
+  std::string reckoned = "GPGGA,100001" + kGgaTail;
+  reckoned.replace(reckoned.find(",W,1"), 4, ",W,6");
+  const std::string estimated =
+                        nmea("GPGGA,100002" + kGgaTail) + nmea("GNRMC,100002,A,4630.0,N,00715.0,W,3.0,10.0,080725,,,E"),
+                    text = nmea("GPGGA,100000" + kGgaTail) + rmc("100000", "080725") + nmea(reckoned) + estimated +
+                           nmea("GPGGA,100003" + kGgaTail);
+  const auto gnss = stated_nmea(text);
+  ASSERT_EQ(gnss.fixes.size(), 2u);
+  EXPECT_EQ(gnss.not_used, 2u);
+  EXPECT_DOUBLE_EQ(gnss.fixes[1].time - gnss.fixes[0].time, 3);
+  LogFile fixed = log_of(text, LogFormat::kNmea);
+  fixed.sigma = Vector3d(3, 3, 6);
+  fixed.use_quality = {FixQuality::kFixed};
+  EXPECT_TRUE(contains(message_of<DataError>([&] { read_gnss(fixed); }), "none of its 4 fixes is of a quality"));
+}
+
+// A minute of sentences, each as `written` has it of a right one.
+template <class Write>
+std::string minute_of(Write&& written) {
+  std::string text;
+  for (int i = 0; i < 60; ++i) {
+    const std::string time = fmt::format("1000{:02}", i);
+    text += written(nmea("GNGGA," + time + kGgaTail)) + written(rmc(time, "080725"));
+  }
+  return text;
+}
+
+TEST(Nmea, WhatStandsBesideTheSentenceIsPassedOver) {
+  const auto bare = [](const std::string& s) { return s.substr(0, s.size() - 1); };
+  const std::function<std::string(const std::string&)> ways[] = {
+      [&](const std::string& s) { return "12:00:01.250 -> " + s; },
+      [&](const std::string& s) { return "1752000001.25\t" + s; },
+      [&](const std::string& s) { return "[2025-07-08 10:00:01] RX: " + s; },
+      [&](const std::string& s) { return "\"" + bare(s) + "\"\n"; },
+      [&](const std::string& s) { return bare(s) + ",,,\r\n"; }};
+  for (const auto& way : ways) EXPECT_EQ(stated_nmea(minute_of(way)).fixes.size(), 60u) << way("$\n");
+  // The end of a sentence that is cut stays a fault.
+  EXPECT_TRUE(
+      contains(message_of<DataError>([] { stated_nmea(rmc("100000", "080725") + "$GPGG" + rmc("100001", "080725")); }),
+               "log:2: the checksum"));
+}
+
+TEST(Nmea, WithoutChecksumsIfNotOneIsRight) {
+  const auto cut = [](const std::string& s) { return s.substr(0, s.find('*')) + "\n"; };
+  const auto none = stated_nmea(minute_of(cut));
+  EXPECT_EQ(none.fixes.size(), 60u);
+  EXPECT_EQ(none.unchecked, 120u);
+  const std::string one = minute_of(cut) + rmc("100100", "080725");
+  EXPECT_TRUE(contains(message_of<DataError>([&] { stated_nmea(one); }), "log:1: the checksum"));
+}
+
+TEST(Nmea, WithoutTheGeoidHeightsAreAsTheyStand) {
+  const std::string tail = ",4630.0,N,00715.0,W,1,12,0.8,1550.0,M,,,,";
+  const std::string bare = rmc("100000", "080725") + nmea("GPGGA,100000" + tail);
+  const auto gnss = stated_nmea(bare);
+  EXPECT_EQ(gnss.above_sea, 1u);
+  EXPECT_DOUBLE_EQ(gnss.fixes.at(0).position.height, 1550);
+  EXPECT_TRUE(contains(message_of<DataError>([&] { stated_nmea(bare + nmea("GPGGA,100001" + kGgaTail)); }),
+                       "log:2: the geoid separation is empty, and others are not"));
 }
 
 TEST(Nmea, Refusals) {
@@ -195,7 +263,6 @@ TEST(Nmea, Refusals) {
       {dated + gga(",4630.0,N,00715.0,N,1,12,0.8,1550.0,M,50.0,M,,"), "log:2: `00715.0,N` is no angle"},
       {dated + gst + gga(",9130.0,N,00715.0,W,1,12,0.8,1550.0,M,50.0,M,,"), "log:3: latitude 91.5"},
       {dated + gga(",4630.x,N,00715.0,W,1,12,0.8,1550.0,M,50.0,M,,"), "is no number"},
-      {dated + gga(",4630.0,N,00715.0,W,1,12,0.8,1550.0,M,,M,,"), "log:2: the geoid separation is empty"},
       {dated + gga(",4630.0,N,00715.0,W,1,12,0.8,1550.0,F,50.0,M,,"), "unit `F` of a height"},
       {dated + gga(",4630.0,N,00715.0,W,8,12,0.8,1550.0,M,50.0,M,,"), "log:2: quality `8` of GGA"},
       {dated + nmea("GPGGA,250000" + kGgaTail), "log:2: `250000` is no time of day"},

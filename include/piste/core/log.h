@@ -1,6 +1,7 @@
 #pragma once
 /// The measurements of a run, in two forms: as in the files (Recording), and as the filter takes them (Log).
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,12 @@ struct RepairedRows {
   }
 };
 
+/// A clock that was set while it ran: what it jumped, and the time of the last row before it, as logged.
+struct ClockStep {
+  double time = 0, step = 0;  ///< [s]; a clock that was set back by 0.7 s has a step of -0.7 s
+  bool operator==(const ClockStep&) const = default;
+};
+
 /// One IMU file. Rows are rates and specific forces, or increments since the row before.
 struct ImuRecording {
   std::string file;
@@ -39,11 +46,22 @@ struct ImuRecording {
   std::vector<double> temperature;  ///< [°C]; empty, or one for each row
   RepairedRows repaired = {};       ///< of both files, where gyroscopes and accelerometers stand apart
   double stamp_jitter = 0;          ///< rms by which stamps were moved to the even clock of the samples [s]
-  std::size_t unpaired = 0;         ///< rows left out, as the other of the two files has none at their time
+  /// Rows left out, as the other of the two files has none at their time, or as one triad is empty or all are zero.
+  std::size_t unpaired = 0;
 };
 
 /// Which kind of solution a fix is. kPrecise is a carrier-phase solution that is neither float nor fixed, such as PPP.
-enum class FixQuality : std::uint8_t { kUnknown, kSingle, kDifferential, kPrecise, kFloat, kFixed, kDeadReckoned };
+enum class FixQuality : std::uint8_t {
+  kUnknown,
+  kSingle,
+  kSbas,
+  kDifferential,
+  kPrecise,
+  kFloat,
+  kFixed,
+  kDeadReckoned
+};
+inline constexpr std::size_t kQualities = 8;
 
 /// Velocity of a fix. If only the horizontal velocity was measured, the down sigma is infinite and the value along down
 /// is 0.
@@ -90,6 +108,12 @@ struct SigmaScales {
   double position = 1;  ///< of positions
   double height = 1;    ///< of their heights, besides `position`
   double velocity = 1;  ///< of velocities
+  /// Of positions of each FixQuality, besides `position`; 0: no own factor, which is 1.
+  std::array<double, kQualities> of_quality{};
+  double of(FixQuality quality) const {
+    const double own = of_quality[static_cast<std::size_t>(quality)];
+    return own > 0 ? own : 1;
+  }
 };
 
 /// One GNSS file.
@@ -97,6 +121,9 @@ struct GnssRecording {
   std::string file;
   std::vector<GeodeticFix> fixes;
   std::size_t without_fix = 0;  ///< epochs of the file without a fix: it says so, or has latitude and longitude 0
+  std::size_t not_used = 0;     ///< fixes of a quality that is not used, such as dead-reckoned ones
+  std::size_t above_sea = 0;    ///< fixes whose height is above the sea, as the log has no height of the geoid
+  std::size_t unchecked = 0;    ///< sentences without a right checksum, of a log in which none has one
   double velocity_latency = 0;  ///< how late its velocities come, as the log itself says [s]
   RepairedRows repaired = {};
 };
@@ -276,6 +303,7 @@ struct LogCounts {
   std::vector<std::size_t> gnss_withheld, gnss_outside;  ///< per receiver: in an outage; outside the IMU's span
   std::vector<std::size_t> attitude_outside;
   std::vector<std::size_t> gnss_without_fix, attitude_not_valid;  ///< per source, over the whole file
+  std::vector<std::size_t> gnss_not_used = {};                    ///< per receiver: of a quality that is not used
   std::size_t imu_unpaired = 0;                                   ///< over the whole file, and so are these:
   double stamp_jitter = 0;                                        ///< of the IMU, rms [s]
   RepairedRows imu_repaired = {};

@@ -42,12 +42,16 @@ struct PositionJump {
   double time = 0, distance = 0;
 };
 
+/// With a longer interval between fixes the track between them is unknown: it tells neither rest nor scatter, nor axes
+/// and units of an IMU. [s]
+inline constexpr double kSparseFixes = 3;
+
 /// The result.
 struct GnssHealth {
   Sampling sampling;
   std::size_t without_fix = 0;
-  std::array<std::size_t, 7> qualities{};  ///< fixes of each FixQuality
-  std::size_t without_sigma = 0;           ///< fixes with a sigma that is not positive
+  std::array<std::size_t, kQualities> qualities{};  ///< fixes of each FixQuality
+  std::size_t without_sigma = 0;                    ///< fixes with a sigma that is not positive
   Vector3d smallest_sigma = Vector3d::Zero(), median_sigma = Vector3d::Zero(), largest_sigma = Vector3d::Zero();
   std::size_t velocities = 0;           ///< fixes that have a velocity
   double sigma_velocity = 0;            ///< median of their sigmas, of one axis [m/s]; 0: none are stated

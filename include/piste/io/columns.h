@@ -16,6 +16,10 @@ namespace piste {
 /// What separates the fields of a row.
 enum class Delimiter { kComma, kSemicolon, kTab, kBlanks };
 
+/// Units of times in days: since the year 0 as MATLAB counts them (datenum), and since 30 December 1899 as spreadsheets
+/// do.
+inline constexpr std::string_view kDatenum = "datenum", kSheetDays = "sheet_days";
+
 /// The unit of latitudes and longitudes as NMEA writes them: degrees and minutes, such as 4605.8380.
 inline constexpr std::string_view kDegreesMinutes = "ddmm";
 
@@ -33,6 +37,7 @@ struct ColumnUse {
   std::string hemisphere = {};     ///< of latitude or longitude without a sign: the column of N, S, E or W, or empty
   std::string geoid = {};          ///< of a height above the sea: the column of the geoid's height, or empty
   std::vector<double> valid = {};  ///< of `fix`: the values that mean a fix; empty: all above zero
+  std::string of = {};             ///< of `quality`: whose numbers they are, nmea or rtklib; empty: words such as FLOAT
   bool operator==(const ColumnUse&) const = default;
 };
 

@@ -31,6 +31,7 @@
 ///
 /// Times become seconds of the GPS week that the file begins in, and continue past 604800.
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -72,7 +73,18 @@ struct LogFile {
   bool shared_stamps = false;
   /// The order that a reader is to ask of times.
   TimeOrder order() const {
-    return repair ? TimeOrder::kAny : shared_stamps ? TimeOrder::kShared : TimeOrder::kIncreasing;
+    const bool any = repair || !clock_steps.empty() || as_it_stands;
+    return any ? TimeOrder::kAny : shared_stamps ? TimeOrder::kShared : TimeOrder::kIncreasing;
+  }
+  /// Of an IMU: the steps of its clock, in the order of time. They are taken out of the times behind them.
+  std::vector<ClockStep> clock_steps = {};
+  /// Of an IMU: whether rows stay in the order of the file, whatever their times: to look for such steps.
+  bool as_it_stands = false;
+  /// Of a receiver: the qualities of fixes that are used. Empty: all but dead-reckoned ones.
+  std::vector<FixQuality> use_quality = {};
+  bool uses(FixQuality quality) const {
+    if (use_quality.empty()) return quality != FixQuality::kDeadReckoned;
+    return std::find(use_quality.begin(), use_quality.end(), quality) != use_quality.end();
   }
   /// Of an IMU: whether its rows are laid on the even clock of its samples (even_stamps).
   bool even_stamps = true;
