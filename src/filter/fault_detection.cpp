@@ -50,6 +50,13 @@ const FaultDetection::Source* FaultDetection::partner_of(const Source& s) const 
   return s.partner < 0 ? nullptr : &sources_[static_cast<std::size_t>(s.partner)];
 }
 
+// Whether a fix that claims to be better than those that were used disagrees by no more than these claimed: float
+// solutions err by half a metre for a minute, and a fixed one after them is right.
+bool FaultDetection::errs_as_claimed_before(const Source& s, const Update& u, double bound) {
+  constexpr double kBetter = 2;  // of sigmas
+  return kBetter * kBetter * u.R.trace() < s.believed_R.trace() && normalized(u.residual, u.S + s.believed_R) <= bound;
+}
+
 // At the first residual outside the gate: whether the receiver is at fault. It is if the residual jumps, if its other
 // channel jumped, or if only its position disagrees.
 bool FaultDetection::receiver_jumped(const Source& s, double time, const Linearization& lin, const Update& u,
@@ -57,6 +64,7 @@ bool FaultDetection::receiver_jumped(const Source& s, double time, const Lineari
   const Source* const partner = partner_of(s);
   const double lapse = time - s.believed;
   if (!partner || lapse > options_.recent || time < accuses_from_) return false;
+  if (errs_as_claimed_before(s, u, bound)) return false;
   if (leaps(lin, u.residual, u.S, lapse, bound, options_)) return true;
   if (partner->dispute != Dispute::kNone) return partner->jumped();
   return of_position(lin) && time - partner->believed < options_.recent;
@@ -148,6 +156,7 @@ FaultDetection::Ruling FaultDetection::rule(int source, double time, const Linea
     }
   }
   s.believed = time;
+  s.believed_R = u.R;
   s.rejected = 0;
   s.dispute = Dispute::kNone;
   return ruling;

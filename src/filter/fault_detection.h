@@ -26,6 +26,10 @@ namespace piste {
 /// - **The receiver jumped slightly.** The disagreement does not reach a metre, or a metre per second, within three
 ///   seconds. The source is then used again: stated sigmas of centimetres are seldom accurate, and such a jump does not
 ///   justify an outage.
+/// - **The fixes before were less certain.** A fix that claims to be better than those used before, by a factor of two
+/// and
+///   more, disagrees by no more than these claimed for themselves: their errors lasted, and the filter averaged them as
+///   if they did not. The filter is then at fault.
 /// - **The filter is at fault.** This holds in all other cases: at a start, after an outage, after a gap of the IMU, or
 ///   if the disagreement grew slowly. After `readmit_after` rejected fixes in a row the filter uses the next one. For
 ///   `suspicion` seconds after that, no receiver is taken to have jumped.
@@ -83,6 +87,7 @@ class FaultDetection {
     Dispute dispute = Dispute::kNone;
     int rejected = 0;                                            // fixes in a row that were not used
     double believed = -std::numeric_limits<double>::infinity();  // time of the last fix that was used
+    Matrix3d believed_R = Matrix3d::Zero();                      // and its noise
     // Of the dispute:
     double since = 0;
     Matrix3d first_S = Matrix3d::Zero();  // innovation covariance at its first fix
@@ -97,6 +102,7 @@ class FaultDetection {
 
   void begin_dispute(Source& s, double time, const Linearization& lin, const Update& u, double bound);
   bool receiver_jumped(const Source& s, double time, const Linearization& lin, const Update& u, double bound) const;
+  static bool errs_as_claimed_before(const Source& s, const Update& u, double bound);
   bool jumps_add_up_to_none(Source& s, double time, const Linearization& lin, const Update& u, double bound,
                             const Estimate& x, const Covariance& P) const;
   bool is_patient(const Source& s, double time) const;

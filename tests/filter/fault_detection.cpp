@@ -23,13 +23,13 @@ std::vector<MeasurementSource> sources(std::size_t receivers, std::size_t refere
 class Fixes {
  public:
   /// A fix off by `offset` along north, where `sigma` an axis is expected; beyond 1 it is the filter's own.
-  FaultDetection::Ruling fix(int source, double time, double offset, double sigma = 1) {
+  FaultDetection::Ruling fix(int source, double time, double offset, double sigma = 1, double claim = 1) {
     Linearization lin;
     lin.observes = source == kPosition ? Block::kPosition : source == kVelocity ? Block::kVelocity : Block::kAttitude;
     Update u;
     u.residual = {offset, 0, 0};
     u.S = sigma * sigma * Matrix3d::Identity();
-    u.R = 0.7 * std::min(1.0, sigma * sigma) * Matrix3d::Identity();
+    u.R = 0.7 * claim * claim * std::min(1.0, sigma * sigma) * Matrix3d::Identity();
     u.nis = offset * offset / (sigma * sigma);
     return trust.rule(source, time, lin, u, kBound, {}, P);
   }
@@ -67,6 +67,20 @@ TEST(FaultDetection, AFilterThatWasNeverRightGivesWayAfterFive) {
     EXPECT_FALSE(sixth.parted);
     EXPECT_EQ(f.outcome(source, 6, 0), Outcome::kUsed);
   }
+}
+
+// After fixes that claimed 1 m, as float solutions, those that claim far less disagree with them by what they claimed.
+TEST(FaultDetection, BetterFixesAreBelievedWithinWhatTheFormerClaimed) {
+  const auto outcome_of = [](double claim, double offset) {
+    Fixes f;
+    for (int i = 0; i < 50; ++i) EXPECT_EQ(f.outcome(kPosition, 0.3 * i, 0), Outcome::kUsed);
+    FaultDetection::Ruling last;
+    for (int i = 0; i < 6; ++i) last = f.fix(kPosition, 15 + 0.3 * i, offset, 0.2, claim);
+    return last.outcome;
+  };
+  EXPECT_EQ(outcome_of(0.1, 2.5), Outcome::kReadmitted) << "within three of their sigmas";
+  EXPECT_EQ(outcome_of(0.1, 9), Outcome::kRejected) << "a jump that they do not explain";
+  EXPECT_EQ(outcome_of(3, 2.5), Outcome::kRejected) << "a fix that claims no more than they did";
 }
 
 TEST(FaultDetection, HowLongNobodyIsBelievedIsAnOption) {
