@@ -28,21 +28,37 @@ struct Departure {
   std::optional<Rest> before;  // end of the last rest before it; nothing if the body moves from the beginning
 };
 
-Departure departure_from(const Log& log, const Receiver& receiver, double from, const StartOptions& options) {
+// The time of the first fix for which `far(first, fix)` holds.
+template <class Far>
+std::optional<double> first_far_fix(const Receiver& receiver, double from, Far&& far) {
   const auto& fixes = receiver.fixes;
   auto first = first_at_or_after(fixes, from);
-  Departure found;
-  double departure = log.imu.back().time;
   for (auto fix = first; fix != fixes.end(); ++fix) {
     constexpr double kFarSurer = 1.0 / 3;  // the first fixes may be inaccurate
     if (fix->sigma_position.norm() < kFarSurer * first->sigma_position.norm()) first = fix;
-    const double far =
-        options.departed + options.departed_sigmas * (first->sigma_position + fix->sigma_position).norm();
-    if ((fix->position - first->position).norm() < far) continue;
-    departure = fix->time;
-    found.seen = true;
-    break;
+    if (far(*first, *fix)) return fix->time;
   }
+  return std::nullopt;
+}
+
+Departure departure_from(const Log& log, const Receiver& receiver, double from, const StartOptions& options) {
+  auto seen = first_far_fix(receiver, from, [&](const GnssFix& first, const GnssFix& fix) {
+    const double far = options.departed + options.departed_sigmas * (first.sigma_position + fix.sigma_position).norm();
+    return (fix.position - first.position).norm() >= far;
+  });
+  // A body that never comes so far, as with a phone's receiver on a short walk: in plan, by errors that are
+  // independent.
+  if (!seen) {
+    seen = first_far_fix(receiver, from, [&](const GnssFix& first, const GnssFix& fix) {
+      const double sigma =
+          std::hypot(first.sigma_position.head<2>().maxCoeff(), fix.sigma_position.head<2>().maxCoeff());
+      const Vector3d apart = log.world.rotation_wn(first.position).transpose() * (fix.position - first.position);
+      return apart.head<2>().norm() >= options.departed + options.departed_sigmas * sigma;
+    });
+  }
+  Departure found;
+  found.seen = seen.has_value();
+  const double departure = seen.value_or(log.imu.back().time);
   for (const Interval& rest : log.rest) {
     if (rest.start < departure && rest.end > from)
       found.before = average(log, {std::max({rest.start, from, rest.end - options.listened}), rest.end});
