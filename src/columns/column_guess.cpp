@@ -17,6 +17,7 @@
 #include "column_units.h"
 #include "column_values.h"
 #include "declared_columns.h"
+#include "io/fix_quality.h"
 #include "io/lower_case.h"
 #include "piste/core/error.h"
 #include "row_kinds.h"
@@ -28,9 +29,9 @@ namespace {
 constexpr double kRightAngle = 90;  // deg
 
 // Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace. The limits are
-// such that an IMU of 4 kHz and a receiver of 20 Hz are not mistaken, and a receiver with a fix every half minute is
-// accepted.
-constexpr Pace kImuPace{.usual = 0.01, .fastest = 5e-5, .slowest = 0.25};
+// such that an IMU of 1 kHz and a receiver of 20 Hz are not mistaken, and an IMU of 2 Hz and a receiver with a fix
+// every half minute are accepted.
+constexpr Pace kImuPace{.usual = 0.01, .fastest = 5e-5, .slowest = 0.6};
 constexpr Pace kGnssPace{.usual = 0.5, .fastest = 1e-3, .slowest = 40};
 constexpr Pace kAttitudePace{.usual = 0.01, .fastest = 1e-4, .slowest = 5};
 
@@ -84,12 +85,33 @@ class Guesser {
     return triads && broken(triads->gyro) && broken(triads->accel);
   }
 
+  // Whether a time only counts the rows, while a column beside it is a year.
+  bool is_year_beside(std::size_t time) const {
+    constexpr double kFirstYear = 1980, kLastYear = 2100;
+    const auto& rows = table_.columns[time].values;
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      if (!table_.begins(i) && rows[i] - rows[i - 1] != 1) return false;
+    }
+    return std::any_of(table_.columns.begin(), table_.columns.end(), [&](const SampledColumn& c) {
+      return !c.values.empty() && c.is_whole() && c.values[0] >= kFirstYear && c.values[0] < kLastYear &&
+             changing(table_, c) < 1e-3;
+    });
+  }
+
   // The receiver's log of a table without a header.
   std::optional<LogGuess> receiver_by_values() const {
     Guesser other(file_, name_, table_);
     if (!other.find_time(kGnssPace)) return std::nullopt;
     const auto place = find_place(table_, other.time_column_);
     if (!place) return std::nullopt;
+    if (is_year_beside(other.time_column_)) {
+      throw DataError(
+          file_ + ":1",
+          fmt::format("has places without a header, a column {} that counts the rows, and a date in columns "
+                      "of its own; put names such as time,latitude,longitude,height above, with one column "
+                      "of time such as 2024-02-07 12:17:42.1",
+                      table_.name_of(other.time_column_)));
+    }
     other.meanings_[place->latitude] = {"latitude", 0, {}};
     other.meanings_[place->longitude] = {"longitude", 0, {}};
     other.meanings_[place->height] = {"height", 0, {}};
@@ -125,6 +147,8 @@ class Guesser {
       receiver->columns->only_new = true;
       // Where rows of the IMU repeat the last fix, the logger's time is not that of the fix.
       const bool own_rows = 2 * rows_of_places().rows < table_.rows;
+      const bool stamped = own_rows && receiver->columns->time.of != TimeScale::kBoot;
+      if (stamped && body->columns->time.of == TimeScale::kBoot) receiver->boot_time = body->columns->time;
       if (!own_rows || !receiver->boot_time || *receiver->boot_time != body->columns->time) receiver->boot_time.reset();
       receiver->why += ", beside those of an IMU: each new place is a fix";
       body->beside.push_back(std::move(*receiver));
@@ -217,11 +241,14 @@ class Guesser {
     guess.part = part;
     guess.boot_time = boot_;
     guess.doubts = doubts_;
+    guess.guessed_rates = guessed_rates_;
     return guess;
   }
 
-  bool find_time(const Pace& pace) {
-    auto found = piste::find_time(file_, table_, meanings_, pace);
+  // `of`: a column of the sensor, whose own stamp is preferred.
+  bool find_time(const Pace& pace, std::optional<std::size_t> of = {}) {
+    const bool named = of && table_.columns[*of].words.size() > 1;
+    auto found = piste::find_time(file_, table_, meanings_, pace, named ? table_.columns[*of].words.front() : "");
     if (!found) return false;
     map_.time = std::move(found->time);
     time_column_ = found->column;
@@ -256,7 +283,8 @@ class Guesser {
       if (!plain) return std::nullopt;
       if (const std::string why = why_no_body(*plain); !why.empty()) return put_aside(why);
     }
-    if (!find_time(kImuPace)) {
+    const std::optional<ColumnTriad>& stamped = gyro ? gyro : accel;
+    if (!find_time(kImuPace, stamped ? std::optional((*stamped)[0]) : std::nullopt)) {
       if (table_.rows > 2 && table_.header && (increments || (gyro && accel))) lacks("time", "an IMU");
       return std::nullopt;
     }
@@ -290,6 +318,7 @@ class Guesser {
     const bool counts = use_force(accel);
     if (gyro) {
       UnitGuess unit = turn_unit(table_, *gyro);
+      guessed_rates_ = !has_unit((*gyro)[0], dimension::kAngularRate) && !counts;
       if (counts && is_whole(*gyro)) unit = turn_counts();
       use_triad("gyro", *gyro, dimension::kAngularRate, unit);
     }
@@ -352,6 +381,13 @@ class Guesser {
 
   // Why such columns are of neither triad of an IMU: a magnitude other than gravity does not prove gyroscopes.
   std::string why_no_body(const ColumnTriad& t) const {
+    constexpr double kNearest = 6.3e6, kFarthest = 6.5e6;  // m from the middle of the Earth
+    const double length = usual_magnitude(table_, t);
+    if (length > kNearest && length < kFarthest) {
+      return "positions from the middle of the Earth (ECEF): convert them to latitude, longitude and height, such as "
+             "with "
+             "out-solformat=llh in RTKLIB";
+    }
     if (named("mag") || named("compass")) return "of a magnetometer, as its name says";
     if (named_gyroscopes() || is_of_forces(t)) return {};
     return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
@@ -410,12 +446,44 @@ class Guesser {
     });
   }
 
-  // That above the ellipsoid where there are two: the other is above the sea. Else that above the sea.
+  // Whether a height belongs to the place: a barometer's changes in rows in which the place does not.
+  bool is_of_place(std::size_t height) const {
+    constexpr double kOften = 1.5;
+    const double place = std::max(changing(table_, table_.columns[*one("latitude")]),
+                                  changing(table_, table_.columns[*one("longitude")]));
+    return changing(table_, table_.columns[height]) < kOften * place || place == 0;
+  }
+
+  // Of several heights that which changes with the place; of these that above the ellipsoid, as the other is above the
+  // sea; else that named as the receiver's.
   std::optional<std::size_t> height() const {
+    std::optional<std::size_t> best;
+    int most = -1;
     for (std::size_t c = 0; c < meanings_.size(); ++c) {
-      if (meanings_[c].key == "height" && is_ellipsoidal(table_.columns[c])) return c;
+      const std::string& key = meanings_[c].key;
+      if (key != "height" && key != "sea height") continue;
+      const SampledColumn& column = table_.columns[c];
+      const bool of_receiver = column.has_any({"gps", "gnss", "location"});
+      const int rank = (is_of_place(c) ? 8 : 0) + (is_ellipsoidal(column) ? 4 : 0) + (of_receiver ? 2 : 0) +
+                       (key == "height" ? 1 : 0);
+      if (rank > most) best = c;
+      most = std::max(rank, most);
     }
-    return one("height") ? one("height") : one("sea height");
+    return best;
+  }
+
+  // Names the heights that are not the receiver's.
+  void doubt_other_heights() {
+    for (std::size_t c = 0; c < meanings_.size(); ++c) {
+      const bool barometric = table_.columns[c].has_any({"baro", "barometer", "barometric"}) &&
+                              table_.columns[c].has_any({"height", "alt", "altitude"});
+      const bool height = meanings_[c].key == "height" || meanings_[c].key == "sea height";
+      if (barometric || (height && !is_of_place(c) && this->height() != c))
+        doubts_.push_back(
+            fmt::format("{}: a barometer's height, it seems, and left aside; `barometer:` takes it from a "
+                        "file of its own",
+                        table_.name_of(c)));
+    }
   }
 
   // The column of the geoid, if the height is above the sea.
@@ -432,7 +500,7 @@ class Guesser {
 
   std::optional<LogGuess> receiver(const Pace& pace) {
     const auto height = this->height();
-    const bool timed = height && find_time(pace);
+    const bool timed = height && find_time(pace, one("latitude"));
     if (!timed && has_body()) return std::nullopt;
     if (!height) lacks("height", "latitude and longitude");
     if (!timed) lacks("time", "a receiver");
@@ -462,16 +530,41 @@ class Guesser {
       if (vertical == *across) doubts_.emplace_back("heights: that of places is taken for theirs, as the log has none");
     }
     receiver_velocity(velocity, integers && millimetres);
+    doubt_other_heights();
     if (const auto fix = one("fix")) {
       const SampledColumn& c = table_.columns[*fix];
       constexpr double kMostKinds = 9;
       if (c.words.back() == "type") {
         fix_type(*fix);
       } else if (c.has("quality") && c.is_whole() && largest(*fix) <= kMostKinds) {
-        use("fix", {*fix}, dimension::kRatio, "");  // of NMEA: 0 is none
+        use("quality", {*fix}, dimension::kRatio, "").of = "nmea";  // 0 is none
       }
     }
+    find_quality();
     return taken(LogKind::kGnss, LogGuess::Part::kWhole, "columns named as those of a receiver");
+  }
+
+  // The quality of fixes by RTKLIB's Q, or by a column of words such as FIX and FLOAT.
+  void find_quality() {
+    constexpr double kMostKinds = 7;
+    if (map_.find("quality") != nullptr) return;
+    if (const auto q = one("q"); q && table_.columns[*q].is_whole() && largest(*q) <= kMostKinds) {
+      use("quality", {*q}, dimension::kRatio, "").of = "rtklib";
+      return;
+    }
+    for (std::size_t c = 0; c < table_.columns.size(); ++c) {
+      const auto& texts = table_.columns[c].texts;
+      bool words = !texts.empty(), several = false;
+      for (const std::string_view text : texts) {
+        const auto quality = log_formats::quality_of_word(text);
+        words = words && quality;
+        several = several || quality == FixQuality::kFloat || quality == FixQuality::kSbas;
+        if (!words) break;
+      }
+      if (!words || !several) continue;
+      use("quality", {c}, dimension::kRatio, "");
+      return;
+    }
   }
 
   // Whether heights, accuracies and velocities are whole numbers, too large for metres: as of UBX-NAV-PVT where a
@@ -501,6 +594,12 @@ class Guesser {
   void fix_type(std::size_t column) {
     constexpr double kTimeAlone = 5;
     const double most = largest(column);
+    if (const auto& values = table_.columns[column].values;
+        std::none_of(values.begin(), values.end(), [](double v) { return v >= 2; })) {
+      doubts_.push_back(fmt::format("{}: leaves out every row as u-blox counts, 2D from 2, so that it is not used",
+                                    table_.name_of(column)));
+      return;
+    }
     std::vector<double>& valid = use("fix", {column}, dimension::kRatio, "").valid;
     if (most > kTimeAlone) {
       valid = {3, 4, 5, 6, 7, 8};
@@ -511,6 +610,36 @@ class Guesser {
     doubts_.emplace_back("fix: taken as u-blox writes it: 2 is 2D, 3 is 3D, 4 with dead reckoning");
     if (most == kTimeAlone)
       doubts_.back() += ", 5 the time alone; as MAVLink writes it, 5 is RTK: then `valid: [3, 4, 5, 6]`";
+  }
+
+  // Whether the directions from place to place are those of the course in radians, and not in degrees.
+  bool is_course_in_radians() const {
+    constexpr double kTurn = 6.3, kFar = 10, kRadius = 6.4e6;  // rad, m
+    constexpr std::size_t kRows = 2000, kFewest = 8;
+    const std::size_t course = *one("course");
+    if (largest(course) > kTurn) return false;
+    const double unit = unit_factor(
+        map_.find("latitude")->unit.empty() ? table_.columns[*one("latitude")].cell.unit : map_.find("latitude")->unit,
+        dimension::kAngle);
+    const auto& north = table_.columns[*one("latitude")].values;
+    const auto& east = table_.columns[*one("longitude")].values;
+    const auto& turned = table_.columns[course].values;
+    double as_radians = 0, as_degrees = 0;
+    std::size_t legs = 0;
+    for (std::size_t from = 0, to = 1; to < table_.rows; ++to) {
+      if (table_.begins(to) || to - from > kRows || !std::isfinite(north[from])) from = to;
+      if (!std::isfinite(north[to])) continue;
+      const double dn = kRadius * unit * (north[to] - north[from]),
+                   de = kRadius * unit * (east[to] - east[from]) * std::cos(unit * north[to]);
+      if (!(std::hypot(dn, de) > kFar)) continue;
+      const double direction = std::atan2(de, dn), stated = turned[(from + to) / 2];
+      from = to;
+      if (!std::isfinite(stated)) continue;
+      ++legs;
+      as_radians += std::cos(stated - direction);
+      as_degrees += std::cos(stated * std::numbers::pi / 180 - direction);
+    }
+    return legs >= kFewest && as_radians > as_degrees && 2 * as_radians > static_cast<double>(legs);
   }
 
   void receiver_velocity(const std::string& unit, bool integers) {
@@ -528,8 +657,11 @@ class Guesser {
     } else if (one("speed") && one("course")) {
       constexpr double kTurn = 360;
       use("speed", {*one("speed")}, dimension::kVelocity, unit);
-      use("course", {*one("course")}, dimension::kAngle, angle_unit(*one("course"), kTurn, "1e-5 deg"));
-      if (const auto turn = one("course_accuracy")) {
+      const bool radians = !has_unit(*one("course"), dimension::kAngle) && is_course_in_radians();
+      if (radians) doubts_.emplace_back("course: in radians, as the places have it");
+      use("course", {*one("course")}, dimension::kAngle,
+          radians ? "rad" : angle_unit(*one("course"), kTurn, "1e-5 deg"));
+      if (const auto turn = one("course_accuracy"); turn && is_of_course(*turn)) {
         use("course_accuracy", {*turn}, dimension::kAngle, integers ? "1e-5 deg" : "deg");
       }
     } else {
@@ -539,6 +671,12 @@ class Guesser {
     if (speed_accuracy && map_.find("sigma_velocity") == nullptr) {
       use("speed_accuracy", {*speed_accuracy}, dimension::kVelocity, unit);
     }
+  }
+
+  // Whether an accuracy is that of the course: one of the heading, beside a course, is of the compass.
+  bool is_of_course(std::size_t accuracy) const {
+    const auto heading = [&](std::size_t c) { return table_.columns[c].has_any({"head", "heading"}); };
+    return !heading(accuracy) || heading(*one("course"));
   }
 
   std::optional<LogGuess> attitude() {
@@ -560,6 +698,7 @@ class Guesser {
   std::optional<ColumnTime> boot_;
   std::optional<ColumnTriad> added_;  // gravity, to accelerations without it
   std::size_t time_column_ = 0;
+  bool guessed_rates_ = false;
   std::vector<std::string> doubts_;
 };
 
@@ -640,7 +779,9 @@ std::optional<LogGuess> guess_kinds(const std::string& file, ColumnTable table) 
 std::optional<LogGuess> guess_tagged(const std::string& file, std::string_view content) {
   SeveralLogs logs(file);
   for (const TaggedRows& rows : tagged_rows(content)) logs.add(rows.table, {{"1", rows.tag}});
-  return logs.take();
+  auto first = logs.take();
+  if (first) first->clock = tagged_clock(content);
+  return first;
 }
 
 }  // namespace

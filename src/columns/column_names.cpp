@@ -94,6 +94,7 @@ std::string place_key(const SampledColumn& c) {
   if (c.has_any({"lon", "lng", "long", "longitude"})) return "longitude";
   if (c.has_any({"geoid", "undulation", "separation", "sep"})) return "geoid";
   if (measures(c.unit, dimension::kAngle) || measures(c.cell.unit, dimension::kAngle)) return {};  // of satellites
+  if (c.has_any({"baro", "barometer", "barometric", "pressure", "press", "bmp"})) return {};
   const bool sea = c.has("msl");
   if (sea && c.has_any({"height", "alt", "altitude", "hgt", "h"})) return "sea height";
   if (!sea && (is_ellipsoidal(c) || c.has_any({"height", "alt", "altitude", "hgt", "ele", "elevation"}) ||
@@ -170,6 +171,7 @@ ColumnMeaning meaning_of(const SampledColumn& c) {
     return one("time");
   }
   if (c.has("date")) return one("date");
+  if (c.words == std::vector<std::string>{"q"}) return one("q");  // of RTKLIB
   if (c.has_any({"fix", "quality"})) return one("fix");
   if (c.has_any({"temp", "temperature"})) return one("temperature");
   return {};

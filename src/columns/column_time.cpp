@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <functional>
 #include <numeric>
 #include <string_view>
 
@@ -59,8 +60,8 @@ bool is_compact_calendar(std::string_view text) {
 class TimeFinder {
  public:
   TimeFinder(const std::string& file, const ColumnTable& table, const std::vector<ColumnMeaning>& meanings,
-             const Pace& pace)
-      : file_(file), table_(table), meanings_(meanings), pace_(pace) {}
+             const Pace& pace, const std::string& owner)
+      : file_(file), table_(table), meanings_(meanings), pace_(pace), owner_(owner) {}
 
   // Times by name, else by their steps: an absolute one if there is one, and in addition one since power-up.
   std::optional<FoundTime> find() const {
@@ -70,20 +71,30 @@ class TimeFinder {
     if (!table_.header) look(found, false, true);
     if (!found.absolute && !found.boot && found.falling) {
       const std::string name = table_.name_of(*found.falling);
-      throw DataError(file_ + ":1",
-                      fmt::format("column `{}` keeps falling back, so that it is no time by itself; if it is what is "
-                                  "left of whole seconds or of longer units in a column beside it, name both: "
-                                  "`time: {{name: …, unit: s, rest: {{name: {}, unit: …}}}}`",
-                                  name, name));
+      const auto& values = table_.columns[*found.falling].values;
+      const auto at = std::adjacent_find(values.begin(), values.end(), std::greater<>());
+      throw DataError(
+          file_ + ":1",
+          fmt::format("column `{}` keeps falling back (it falls back at row {}, from {:g} to {:g}), so that "
+                      "it is no time by itself; if it is what is "
+                      "left of whole seconds or of longer units in a column beside it, name both: "
+                      "`time: {{name: …, unit: s, rest: {{name: {}, unit: …}}}}`",
+                      name, at - values.begin() + 2, *at, *(at + 1), name));
     }
     if (!found.absolute && !found.boot) return std::nullopt;
-    const Timed& time = found.absolute ? *found.absolute : *found.boot;
+    const Timed& time = found.own ? *found.own : found.absolute ? *found.absolute : *found.boot;
     FoundTime all{time.time, time.column, {}};
-    if (found.absolute && found.boot) all.boot = found.boot->time;
+    if (time.time.of != TimeScale::kBoot && found.boot) all.boot = found.boot->time;
     return all;
   }
 
  private:
+  // Whether a column's falls forbid that it is a time: many of them, or one from which it does not recover.
+  bool keeps_falling(std::size_t column) const {
+    const Steps steps = steps_of(table_, table_.columns[column].values);
+    return steps.falls_back() || (steps.falls > 0 && steps.lost > 1);
+  }
+
   struct Parts {  // of a second
     std::size_t column = 0;
     std::string unit;
@@ -93,7 +104,7 @@ class TimeFinder {
     std::size_t column;
   };
   struct Found {
-    std::optional<Timed> absolute, boot;
+    std::optional<Timed> absolute, boot, own;
     std::optional<std::size_t> falling;
   };
 
@@ -103,10 +114,11 @@ class TimeFinder {
     for (const std::size_t c : stamps_first()) {
       if (named && !is_named_time(c)) continue;
       const auto time = time_from(c, pace_, steady);
-      if (!time && named && steps_of(table_, table_.columns[c].values).falls_back()) found.falling = c;
+      if (!time && named && keeps_falling(c)) found.falling = c;
       if (!time) continue;
       auto& place = time->of == TimeScale::kBoot ? found.boot : found.absolute;
       if (!place) place = Timed{*time, c};
+      if (!found.own && is_own_stamp(c)) found.own = Timed{*time, c};
     }
   }
 
@@ -155,6 +167,11 @@ class TimeFinder {
       unit = "s";
     }
     if (c.has("fine") && c.has("sample")) unit = tick_of(steps);
+    if (const std::string_view days = days_of(steps, pace); unit.empty() && !parts && !days.empty()) {
+      time.unit = days;
+      time.of = gps ? TimeScale::kGps : TimeScale::kUtc;
+      return time;
+    }
     if (unit.empty()) unit = time_unit(steps, pace);
     time.unit = unit_of(table_, column, dimension::kTime, unit);
     const double first = steps.first * unit_factor(time.unit.empty() ? c.cell.unit : time.unit, dimension::kTime);
@@ -162,11 +179,33 @@ class TimeFinder {
     constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800, kLatestGps = 1.6e9;
     if (first > kSince && first < kUntil) {
       time.of = gps && first < kLatestGps ? TimeScale::kGps : TimeScale::kUtc;
-    } else if ((gps || c.has_any({"tow", "sow", "week"})) && first < kWeekLength) {
+    } else if ((gps || c.has_any({"tow", "sow", "week"}) || is_of_week_beside(column)) && first < kWeekLength) {
       time.of = TimeScale::kGpsWeek;
       if (const auto week = column_of(meanings_, "week"); week && *week != column) time.week = table_.name_of(*week);
     }
     return time;
+  }
+
+  // Whether a time in milliseconds stands beside the week, and one since power-up in yet another column: as ArduPilot's
+  // GPS messages have TimeMS, Week and T.
+  bool is_of_week_beside(std::size_t column) const {
+    const auto is_other = [&](std::size_t c) {
+      return c != column && meanings_[c].key == "time" && table_.columns[c].words.size() == 1;
+    };
+    bool other = false;
+    for (std::size_t c = 0; c < meanings_.size(); ++c) other = other || is_other(c);
+    return other && table_.columns[column].unit == "ms" && column_of(meanings_, "week").has_value();
+  }
+
+  // The unit of times in days, whose rows come at a possible pace: those of MATLAB are 730 000 and more in our time,
+  // those of spreadsheets 36 526 and more. Empty if they are none.
+  static std::string_view days_of(const Steps& steps, const Pace& pace) {
+    constexpr double kDay = 86400, kEarliest = 29221, kLatest = 73051;  // s; 1980 and 2100 by spreadsheets
+    constexpr double kYearZero = 693960;                                // what MATLAB counts more
+    const double step = kDay * steps.median;
+    if (!(step > pace.fastest && step < pace.slowest && steps.median < pace.fastest)) return {};
+    if (steps.first > kEarliest && steps.first < kLatest) return kSheetDays;
+    return steps.first > kEarliest + kYearZero && steps.first < kLatest + kYearZero ? kDatenum : std::string_view();
   }
 
   // Of Xsens' SampleTimeFine, which counts 0.1 ms, or µs where the sensor is a Dot: by the pace.
@@ -212,14 +251,22 @@ class TimeFinder {
     return std::nullopt;
   }
 
-  // All columns, those of a message's own stamp first: the other stamp in ROS is the time of arrival.
+  // All columns, those of a message's own stamp first: the other stamp in ROS is the time of arrival. Before them the
+  // stamp of the sensor itself, such as `gyroTimestamp_sinceReboot` of `gyroRotationX`.
   std::vector<std::size_t> stamps_first() const {
     std::vector<std::size_t> order(table_.columns.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_partition(order.begin(), order.end(), [&](std::size_t c) {
+    std::stable_partition(order.begin(), order.end(), [&](std::size_t c) { return is_own_stamp(c); });
+    const auto others = std::find_if(order.begin(), order.end(), [&](std::size_t c) { return !is_own_stamp(c); });
+    std::stable_partition(others, order.end(), [&](std::size_t c) {
       return table_.columns[c].has("header") && table_.columns[c].has_any({"stamp", "timestamp"});
     });
     return order;
+  }
+
+  bool is_own_stamp(std::size_t column) const {
+    const std::vector<std::string>& words = table_.columns[column].words;
+    return !owner_.empty() && words.size() > 1 && words.front() == owner_ && meanings_[column].key == "time";
   }
 
   bool is_named_time(std::size_t column) const {
@@ -232,13 +279,15 @@ class TimeFinder {
   const ColumnTable& table_;
   const std::vector<ColumnMeaning>& meanings_;
   const Pace& pace_;
+  const std::string& owner_;  // the first word of the sensor's columns, or empty
 };
 
 }  // namespace
 
 std::optional<FoundTime> find_time(const std::string& file, const ColumnTable& table,
-                                   const std::vector<ColumnMeaning>& meanings, const Pace& pace) {
-  return TimeFinder(file, table, meanings, pace).find();
+                                   const std::vector<ColumnMeaning>& meanings, const Pace& pace,
+                                   const std::string& owner) {
+  return TimeFinder(file, table, meanings, pace, owner).find();
 }
 
 }  // namespace piste

@@ -22,6 +22,7 @@ struct FoundTime {
 /// The time by its name, else, without a header, by its steps. A clock that differs from row to row is preferred.
 /// Throws DataError if a named time keeps falling back.
 std::optional<FoundTime> find_time(const std::string& file, const ColumnTable& table,
-                                   const std::vector<ColumnMeaning>& meanings, const Pace& pace);
+                                   const std::vector<ColumnMeaning>& meanings, const Pace& pace,
+                                   const std::string& owner = {});
 
 }  // namespace piste

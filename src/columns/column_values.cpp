@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "piste/math/earth.h"
 #include "piste/math/statistics.h"
@@ -35,23 +36,33 @@ double median_of(const std::vector<double>& values) {
   return finite.empty() ? std::nan("") : median(std::move(finite));
 }
 
-// Median over pieces of the largest standard deviation of the three columns, of the quietest tenth of the pieces.
-double quiet_noise(const ColumnTable& table, const ColumnTriad& triad) {
+// The white noise of a row in the quietest tenth of the log, of the quietest of three columns: by the differences of
+// means over `rows` rows, which vibration that is faster does not reach.
+double quiet_noise(const ColumnTable& table, const ColumnTriad& triad, std::size_t rows) {
   constexpr std::size_t kPiece = 40, kTenth = 10;
-  std::vector<double> noises;
-  for (std::size_t first = 0; first + kPiece <= table.rows; first += kPiece) {
-    Vector3d sum = Vector3d::Zero(), squares = Vector3d::Zero();
-    for (std::size_t i = first; i < first + kPiece; ++i) {
-      const Vector3d now = row_of(table, triad, i);
-      sum += now;
-      squares += now.cwiseAbs2();
-    }
-    const Vector3d variance = squares / kPiece - (sum / kPiece).cwiseAbs2();
-    if (variance.allFinite()) noises.push_back(std::sqrt(std::max(0.0, variance.minCoeff())));
+  std::vector<Vector3d> means;
+  for (std::size_t first = 0; first + rows <= table.rows; first += rows) {
+    Vector3d sum = Vector3d::Zero();
+    for (std::size_t i = first; i < first + rows; ++i) sum += row_of(table, triad, i);
+    means.emplace_back(sum / static_cast<double>(rows));
   }
-  if (noises.empty()) return 0;
+  std::vector<double> noises;
+  for (std::size_t first = 0; first + kPiece < means.size(); first += kPiece) {
+    Vector3d squares = Vector3d::Zero();
+    for (std::size_t i = first; i < first + kPiece; ++i) squares += (means[i + 1] - means[i]).cwiseAbs2();
+    const double variance = static_cast<double>(rows) * squares.minCoeff() / (2 * kPiece);
+    if (std::isfinite(variance)) noises.push_back(std::sqrt(variance));
+  }
+  if (noises.empty()) return std::numeric_limits<double>::infinity();
   std::sort(noises.begin(), noises.end());
   return noises[noises.size() / kTenth];
+}
+
+// The same by that length of the means which shows the least: motors shake some lengths, and motion others.
+double quiet_noise(const ColumnTable& table, const ColumnTriad& triad) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::size_t rows : {1, 5, 10, 20}) least = std::min(least, quiet_noise(table, triad, rows));
+  return std::isfinite(least) ? least : 0;
 }
 
 // Four columns that are a unit quaternion.
@@ -143,7 +154,11 @@ UnitGuess turn_unit(const ColumnTable& table, const ColumnTriad& triad) {
   }
   const double noise = quiet_noise(table, triad);
   if (largest > kMilli) return {"mdeg/s", "rates up to " + fmt::format("{:.0f}: mdeg/s are taken", largest)};
-  if (largest > kFastest || noise > kNoisyRadians) return {"deg/s"};
+  if (largest > kFastest) return {"deg/s"};
+  if (noise > kNoisyRadians) {
+    return {"deg/s",
+            fmt::format("deg/s is taken, as the noise of {:.2g} is that of few sensors in rad/s: check it", noise)};
+  }
   if (noise > 0 && noise < kQuietDegrees) return {"rad/s"};
   return {"rad/s", fmt::format("whether rates are in rad/s or deg/s their values do not tell (noise {:.2g}, largest "
                                "{:.3g}): rad/s is taken",
@@ -155,6 +170,7 @@ Steps steps_of(const ColumnTable& table, const std::vector<double>& values) {
   std::vector<double> up;
   double all = 0, risen = 0, fallen = 0;
   for (std::size_t i = 1; i < values.size(); ++i) {
+    steps.whole = steps.whole && values[i] == std::floor(values[i]);
     if (table.begins(i)) continue;
     const double step = values[i] - values[i - 1];
     if (!std::isfinite(step)) return {};
@@ -205,6 +221,9 @@ std::string time_unit(const Steps& steps, const Pace& pace) {
     const bool possible = step > pace.fastest && step < pace.slowest;
     if (first > kSince && first < kUntil && possible) return std::string(unit.name);
   }
+  // Slow loggers write 0.5, 1.0, 1.5 s. Fractions of a millisecond are those of loggers that count faster units.
+  constexpr double kSlowest = 2;  // s
+  if (!steps.whole && steps.median > 0.1 && steps.median <= kSlowest) return "s";
   const auto off = [&](const NamedValue& unit) { return std::abs(std::log(steps.median * unit.value / pace.usual)); };
   return std::string(std::min_element(kUnits.begin(), kUnits.end(), [&](const auto& a, const auto& b) {
                        return off(a) < off(b);
@@ -224,15 +243,30 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
   }
   const auto free = [&](std::size_t c) { return c + 3 <= count && !taken[c] && !taken[c + 1] && !taken[c + 2]; };
   const auto triad = [](std::size_t c) { return ColumnTriad{c, c + 1, c + 2}; };
-  // Magnitudes of gravity also scatter little; the best is that which scatters least.
+  // Of columns side by side the first three are a triad, then the next: at rest two axes of the accelerometers and one
+  // of the gyroscopes are as large as gravity too.
+  const auto aligned = [&](std::size_t c) {
+    std::size_t first = c;
+    while (first > 0 && !taken[first - 1]) --first;
+    return (c - first) % 3 == 0;
+  };
+  const auto is_candidate = [&](std::size_t c) { return free(c) && is_gravity(usual_magnitude(table, triad(c))); };
+  bool any_aligned = false;
+  for (std::size_t c = 0; c < count; ++c) any_aligned = any_aligned || (is_candidate(c) && aligned(c));
+  // Magnitudes of gravity also scatter little; the best is that which scatters least. A magnetometer's field of unit
+  // length scatters less than forces in g do, but of all triads only forces have a magnitude of 9.8.
   std::optional<std::size_t> accel;
   double least = kLargest;
+  bool metres = false;
   for (std::size_t c = 0; c < count; ++c) {
-    if (!free(c)) continue;
-    if (!is_gravity(usual_magnitude(table, triad(c)))) continue;
-    if (const double scatter = magnitude_scatter(table, triad(c)); scatter < least) {
+    if (!is_candidate(c) || (any_aligned && !aligned(c))) continue;
+    const double scatter = magnitude_scatter(table, triad(c));
+    const bool in_metres = is_near(usual_magnitude(table, triad(c)), kStandardGravity);
+    if (metres && !in_metres) continue;
+    if (scatter < least || (in_metres && !metres)) {
       least = scatter;
       accel = c;
+      metres = in_metres;
     }
   }
   if (!accel) return std::nullopt;

@@ -47,6 +47,7 @@ struct Steps {
   double lost = 0;        ///< by what it decreases, as a part of that by which it increases
   std::size_t falls = 0;  ///< number of steps that decrease
   double first = 0;       ///< the first value
+  bool whole = true;      ///< whether all values are whole numbers
   /// Whether it is the fraction of a unit that another column counts: it starts again and again. A log may start again
   /// once or twice, and single rows may come late.
   bool falls_back() const { return falls > 2 && lost > 0.5; }

@@ -99,12 +99,24 @@ void declare_vbox(const std::string& head, ColumnTable& table) {
     speed->unit = "km/h";
 }
 
+// SensorLog, which iOS alone has: its forces have Apple's sign, minus that of the specific force.
+void declare_sensorlog(ColumnTable& table) {
+  const bool is_it = std::any_of(table.columns.begin(), table.columns.end(), [](const SampledColumn& c) {
+    return c.words == std::vector<std::string>{"accelerometer", "timestamp", "since", "reboot"};
+  });
+  for (SampledColumn& column : table.columns) {
+    const ColumnMeaning meaning = meaning_of(column);
+    if (is_it && meaning.key == "accel" && column.has("accelerometer")) column.along = {'-', meaning.axis};
+  }
+}
+
 }  // namespace
 
 void declare_columns(std::string_view text, ColumnTable& table) {
   if (!table.header) return;
   const std::string_view head = text.substr(0, kHead);
   if (head.starts_with("GYROFLOW IMU LOG")) declare_gyroflow(head, table);
+  declare_sensorlog(table);
   const std::string lower = lower_case(head);
   if (lower.find("[column names]") != std::string::npos && lower.find("[data]") != std::string::npos)
     declare_vbox(lower, table);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -57,6 +58,30 @@ bool holds_nmea(std::string_view head) {
 bool states_rate(std::string_view head) {
   const std::string lower = lower_case(head.substr(0, head.find("Acc_X")));
   return lower.starts_with("//") && (has(lower, "sample rate") || has(lower, "update rate"));
+}
+
+// Whether the first sentences of NMEA stand behind a frame of u-blox or two, and no position among these: receivers
+// answer a configuration so.
+bool is_nmea_with_frames(std::string_view content) {
+  constexpr std::string_view kPvt{"\xB5\x62\x01\x07"};
+  return !has(content, kPvt) && holds_nmea(content);
+}
+
+// Whether a line is a row of a solution of RTKLIB, of date and time, or week and seconds, and 13 numbers.
+bool is_rtklib(std::string_view head) {
+  constexpr std::size_t kFields = 15, kWithVelocities = 24, kQuality = 5, kMostQuality = 7, kMostSatellites = 99;
+  TextReader reader("", TextReader::Separator::kSpaces, head.substr(0, head.find('\n')));
+  if (!reader.next() || (reader.fields().size() != kFields && reader.fields().size() != kWithVelocities)) return false;
+  const auto& fields = reader.fields();
+  const auto value = [&](std::size_t i) { return number_in(fields[i], TextReader::Separator::kSpaces).value_or(-1); };
+  const auto whole = [&](std::size_t i, double most) {
+    return value(i) == std::floor(value(i)) && value(i) >= 1 && value(i) <= most;
+  };
+  const bool calendar = fields[0].size() == 10 && fields[0][4] == '/' && fields[0][7] == '/' && has(fields[1], ":");
+  const bool week =
+      whole(0, 1e4) && value(1) >= 0 && value(1) <= kWeek && fields[0].find('.') == std::string_view::npos;
+  return (calendar || week) && whole(kQuality, kMostQuality) && whole(kQuality + 1, kMostSatellites) &&
+         std::abs(number_in(fields[2], TextReader::Separator::kSpaces).value_or(1e3)) <= 90;
 }
 
 LogGuess found_by(LogKind kind, LogFormat format, std::string why) {
@@ -134,6 +159,23 @@ std::optional<LogGuess> guess_csv(std::string_view header) {
   return std::nullopt;
 }
 
+/// What rows of `time latitude longitude height` and three sigmas never are, as those of a calendar: places that are
+/// whole numbers and stay, and sigmas that are whole numbers.
+class UnlikePlaces {
+ public:
+  void take(const TextReader& reader) {
+    for (std::size_t i = 1; i < 4; ++i) whole_ = whole_ && is_whole(reader.number(i));
+    sigmas_ += is_whole(reader.number(4)) && is_whole(reader.number(5)) ? 1 : 0;
+    ++rows_;
+  }
+  bool is_sure() const { return rows_ > 2 && whole_ && sigmas_ == rows_; }
+
+ private:
+  static bool is_whole(double value) { return value == std::floor(value); }
+  bool whole_ = true;
+  std::size_t sigmas_ = 0, rows_ = 0;
+};
+
 // Rows of plain numbers. IMU and receiver may both have seven columns; the size of the numbers separates them.
 std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view head, std::string_view content) {
   const std::string_view line = head.substr(0, head.find('\n'));
@@ -142,6 +184,7 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   bool is_place = true;  // by latitude, longitude, and sigmas of positions and velocities
   std::size_t columns = 0, rows = 0, backwards = 0;
   double largest = 0, smallest_sigma = 1e300, first = 0, last = 0, velocity = 0;
+  UnlikePlaces unlike;
   try {
     while (rows < kRows && reader.next()) {
       const std::size_t found = reader.fields().size();
@@ -157,6 +200,7 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
       is_place = is_place && std::abs(reader.number(1)) <= 90 && std::abs(reader.number(2)) <= 360;
       for (std::size_t i = 10; i < 13 && columns > 12; ++i) is_place = is_place && reader.number(i) >= 0;
       for (std::size_t i = 4; i < 7; ++i) smallest_sigma = std::min(smallest_sigma, reader.number(i));
+      unlike.take(reader);
       ++rows;
     }
   } catch (const RowError&) {
@@ -166,7 +210,7 @@ std::optional<LogGuess> guess_numbers(const std::string& file, std::string_view 
   if (std::abs(first) > kMostSeconds) return std::nullopt;
   constexpr std::size_t kFewBackwards = 4;  // one row in so many; with more, the first number is no time
   if (rows == 0 || kFewBackwards * backwards > rows) return std::nullopt;
-  is_place = is_place && smallest_sigma >= 0;
+  is_place = is_place && smallest_sigma >= 0 && !unlike.is_sure();
   if ((columns == 13 || columns == 14) && is_place)
     return found_by(LogKind::kGnss, LogFormat::kKfGins, fmt::format("{} numbers a row", columns));
   if (columns != 7) return std::nullopt;
@@ -195,6 +239,15 @@ bool is_kitti(std::string_view line) {
   return true;
 }
 
+// Texts that are no table of columns, with what would be right.
+constexpr std::string_view kNoArrow =
+    "rows of Arduino's serial monitor, whose time stamps end with ` -> `; replace ` -> ` by a comma, and put a header "
+    "with names such as time,acc_x,acc_y,acc_z,temperature,gyro_x,gyro_y,gyro_z above";
+constexpr std::string_view kNoJson =
+    "JSON, which piste does not read; write it as a CSV with one row a sample and a header with names and units";
+constexpr std::string_view kNoGpx =
+    "GPX or another XML, whose tracks have neither sigmas nor velocities; log the receiver's own output (nmea, ubx, "
+    "rtklib_pos), or write a CSV with time, latitude, longitude and height";
 constexpr std::string_view kNoVectorNav =
     "sentences of VectorNav: VNIMU has no time, and VNINS is of the sensor's own filter; export its binary output as a "
     "CSV with TimeStartup or GpsTow";
@@ -204,7 +257,12 @@ constexpr std::string_view kNoKitti =
 
 // Why a log of a known kind cannot be used, and what could be; empty if it is of none.
 std::string_view why_unusable(std::string_view head) {
+  const std::string_view line = head.substr(0, head.find('\n')),
+                         text = head.substr(head.find_first_not_of(" \t\r\n\xEF\xBB\xBF"));
   if (head.starts_with("$VN")) return kNoVectorNav;
+  if (has(line, " -> ") && std::isdigit(static_cast<unsigned char>(line.front())) != 0) return kNoArrow;
+  if (text.starts_with('{') || text.starts_with("[{")) return kNoJson;
+  if (text.starts_with("<?xml") || text.starts_with("<gpx") || text.starts_with("<kml")) return kNoGpx;
   return is_kitti(head.substr(0, head.find('\n'))) ? kNoKitti : std::string_view();
 }
 
@@ -218,12 +276,16 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
   if (holds_novatel(head)) {
     if (auto logs = guess_novatel(content)) return *logs;
   }
+  if (holds_ubx(head) && is_nmea_with_frames(content))
+    return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences such as $GPGGA, between frames without a position");
   if (holds_ubx(head)) return found_by(LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62");
   if (holds_nmea(head)) return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences such as $GPGGA");
   if (has(head, "Counter") && has(head, "Acc_X") && states_rate(head))
     return found_by(LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X");
   if (head.starts_with("%") && (has(head, "latitude(") || has(head, "ecef(m)") || has(head, "-baseline(m)")))
     return found_by(LogKind::kGnss, LogFormat::kRtklibPos, "a header of RTKLIB");
+  if (is_rtklib(head))
+    return found_by(LogKind::kGnss, LogFormat::kRtklibPos, "rows as RTKLIB writes them, without its header");
   if (const std::string_view why = why_unusable(head); !why.empty())
     throw DataError(file + ":1", fmt::format("holds {}", why));
   const std::string_view line = head.substr(0, head.find('\n'));

@@ -82,4 +82,21 @@ std::vector<TaggedRows> tagged_rows(std::string_view text) {
   return found;
 }
 
+std::vector<std::pair<double, double>> tagged_clock(std::string_view text) {
+  constexpr auto kComma = TextReader::Separator::kComma;
+  std::vector<std::pair<double, double>> pairs;
+  const std::vector<std::string> expected{"time", "tow", "week"};
+  for (const Named& message : named_messages(text)) {
+    if (message.names != expected) continue;
+    TextReader reader("", kComma, text);
+    while (reader.next()) {
+      const Fields& fields = reader.fields();
+      if (fields[0] != message.tag || fields.size() != 1 + expected.size()) continue;
+      const auto time = number_in(fields[1], kComma), seconds = number_in(fields[2], kComma);
+      if (time && seconds) pairs.emplace_back(*time, *seconds);
+    }
+  }
+  return pairs;
+}
+
 }  // namespace piste

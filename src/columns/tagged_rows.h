@@ -19,4 +19,7 @@ struct TaggedRows {
 /// and `$UNIT`, autopilots by `FMT`. Samples a text, which must outlive the tables.
 std::vector<TaggedRows> tagged_rows(std::string_view text);
 
+/// The pairs of the log's own time and GPS seconds of week of rows that state both, as FlySight's `$TIME`.
+std::vector<std::pair<double, double>> tagged_clock(std::string_view text);
+
 }  // namespace piste

@@ -106,6 +106,59 @@ TEST(LogGuess, SaysWhatIsNone) {
 }
 
 // Signs of a format that its reader could not read.
+TEST(LogGuess, SaysHowToPutRightWhatIsNoTable) {
+  const auto why = [](const std::string& text) { return message_of<DataError>([&] { guess_log("log.txt", text); }); };
+  EXPECT_TRUE(contains(why("09:17:31.050 -> 12, -5, 1024\n09:17:31.060 -> 13, -5, 1020\n"), "` -> `"));
+  EXPECT_TRUE(contains(why("{\"t\": 1, \"ax\": 0.1}\n{\"t\": 2, \"ax\": 0.1}\n"), "holds JSON"));
+  EXPECT_TRUE(contains(why("<?xml version=\"1.0\"?>\n<gpx><trk/></gpx>\n"), "holds GPX"));
+  EXPECT_TRUE(contains(why("time,lat,lon,alt\n2023,46.1,7.2,450.1\n1,46.1001,7.2001,450.2\n3,46.1002,7.2002,450.1\n"
+                           "5,46.1003,7.2003,450.3\n"),
+                       "column `time` keeps falling back (it falls back at row 2, from 2023 to 1)"));
+}
+
+TEST(LogGuess, RowsOfRtklibWithoutTheirHeader) {
+  std::string calendar, week;
+  for (int i = 0; i < 5; ++i) {
+    const std::string rest = " 46.1000001 7.2000001 450.1 5 9 0.5 0.6 1.1 0.1 0.1 0.1 1.0 2.1\n";
+    calendar += "2025/07/08 19:34:1" + std::to_string(i) + ".000" + rest;
+    week += "2374 24327" + std::to_string(i) + ".000" + rest;
+  }
+  EXPECT_EQ(guess_log("a.pos", calendar).format, LogFormat::kRtklibPos);
+  EXPECT_EQ(guess_log("a.llh", week).format, LogFormat::kRtklibPos);
+  LogFile log{.file = "a.llh", .format = LogFormat::kRtklibPos, .content = week};
+  const GnssRecording read = read_gnss(log);
+  ASSERT_EQ(read.fixes.size(), 5U);
+  EXPECT_EQ(read.fixes[1].time, 243271);
+  EXPECT_EQ(read.fixes[0].sigma_position, Vector3d(0.5, 0.6, 1.1));
+  EXPECT_EQ(read.fixes[0].quality, FixQuality::kSingle);
+}
+
+// Frames of a configuration before the sentences, none of them with a position.
+TEST(LogGuess, SentencesBehindFramesAreNmea) {
+  const std::string frame{"\xB5\x62\x05\x01\x02\x00\x06\x8A\x98\xC1", 10};
+  const std::string gga = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\n",
+                    rmc = "$GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A\n";
+  EXPECT_EQ(guess_log("a.ubx", frame + gga + rmc).format, LogFormat::kNmea);
+  const std::string text = frame + gga + frame + rmc;
+  LogFile log{.file = "a.ubx", .format = LogFormat::kNmea, .content = text};
+  log.sigma = Vector3d(3, 3, 6);
+  EXPECT_EQ(read_gnss(log).fixes.size(), 1U);
+}
+
+// Day, month, year, hour, minute and second between a number and a quality: no place, and no sigmas.
+TEST(LogGuess, ACalendarIsNoPlace) {
+  std::string rows;
+  for (int i = 0; i < 60; ++i) {
+    rows += std::to_string(i + 1) + " 9 3 2025 8 " + std::to_string(20 + i / 30) + " " + std::to_string(2 * (i % 30)) +
+            ".0 1 0.80454966 0.12616294 450.3" + std::to_string(i % 10) + " 0.011 0.013 0.02\n";
+  }
+  try {
+    EXPECT_NE(guess_log("log.txt", rows).format, LogFormat::kKfGins);
+  } catch (const DataError& refused) {
+    EXPECT_TRUE(contains(refused.what(), "names")) << refused.what();
+  }
+}
+
 TEST(LogGuess, WeakSignsAreNoFormat) {
   const auto rows = [](const std::string& header, char separator, const std::string& more = "") {
     std::string text = header;

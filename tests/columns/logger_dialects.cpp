@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -197,6 +198,125 @@ TEST(LoggerDialects, FlySight) {
                      }));
   expect_has(track, {"time: {name: time, unit: calendar, of: utc}", "latitude: {name: lat}", "height: {name: hMSL}",
                      "velocity: {names: [velN, velE, velD]}", "speed_accuracy: {name: sAcc}"});
+}
+
+// ---- Columns that their values refute ----
+
+TEST(LoggerDialects, ACourseInRadiansByThePlaces) {
+  const auto circle = [](double unit) {
+    return fix_rows("t,lat,lon,alt,spd,crs\n", [&](int i) {
+      const double angle = 0.2 * i;  // about a circle of 90 m, northwards first
+      return fmt::format("{:.1f},{:.7f},{:.7f},450.2,9.0,{:.4f}", 2.0 * i, 46 + 8.1e-4 * std::sin(angle),
+                         7 - 1.16e-3 * std::cos(angle), std::fmod(angle, 2 * M_PI) / unit);
+    });
+  };
+  expect_has(tried("gps.csv", circle(1)), {"course: {name: crs, unit: rad}"});
+  expect_has(tried("gps.csv", circle(M_PI / 180)), {"course: {name: crs, unit: deg}"});
+}
+
+TEST(LoggerDialects, ABarometersHeightIsNotTheReceivers) {
+  const LogGuess imu =
+      tried("all.csv",
+            imu_rows("t,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z,bmp_alt,lat,lon,alt_gnss\n", [](int i, const Sample& s) {
+              return fmt::format("{:.3f},{},{},{:.2f},{},400.{}", s.t, s.turns(), s.forces(), 12 + 0.01 * (i % 9),
+                                 place(i / 25), i / 25 % 7);
+            }));
+  ASSERT_EQ(imu.beside.size(), 1U);
+  expect_has(imu.beside[0], {"height: {name: alt_gnss, unit: m}"});
+}
+
+TEST(LoggerDialects, AColumnOfFixesThatLeavesOutEveryRowIsNone) {
+  const auto with = [](int type) {
+    return fix_rows("t,lat,lon,alt,fixType\n",
+                    [&](int i) { return fmt::format("{}.5,{},450.2,{}", i, place(i), type); });
+  };
+  EXPECT_FALSE(contains(mapping(tried("gps.csv", with(1))), "fix:"));
+  expect_has(tried("gps.csv", with(3)), {"fix: {name: fixType, valid: [2, 3, 4]}"});
+}
+
+TEST(LoggerDialects, AMagnetometerOfUnitLengthIsNoAccelerometer) {
+  expect_has(tried("imu.txt", imu_rows("",
+                                       [](int i, const Sample& s) {
+                                         return fmt::format("{:.3f}\t{}\t{}\t0.6000\t{:.4f}\t0.7999", s.t,
+                                                            s.forces(1, "{:.5f}\t{:.5f}\t{:.5f}"),
+                                                            s.turns(1, "{:.5f}\t{:.5f}\t{:.5f}"), 1e-4 * (i % 5));
+                                       })),
+             {"accel: {names: [2, 3, 4], unit: 'm/s^2'}", "gyro: {names: [5, 6, 7], unit: 'rad/s'}"});
+}
+
+TEST(LoggerDialects, DaysAndSlowClocks) {
+  expect_has(
+      tried("gps.csv",
+            fix_rows("time,lat,lon,alt\n",
+                     [](int i) { return fmt::format("{:.9f},{},450.{}", 739000.25 + i / 86400.0, place(i), i % 5); })),
+      {"time: {name: time, unit: datenum, of: utc}"});
+  expect_has(
+      tried("gps.csv",
+            fix_rows("time,lat,lon,alt\n",
+                     [](int i) { return fmt::format("{:.9f},{},450.{}", 45300.25 + i / 86400.0, place(i), i % 5); })),
+      {"time: {name: time, unit: sheet_days, of: utc}"});
+  expect_has(tried("imu.csv", imu_rows("time,gx,gy,gz,ax,ay,az\n",
+                                       [](int i, const Sample& s) {
+                                         return fmt::format("{:.1f},{},{}", 0.5 * i, s.turns(), s.forces());
+                                       })),
+             {"time: {name: time, unit: s, of: boot}"});
+}
+
+TEST(LoggerDialects, StampsOfEachSensorAndTheirSigns) {
+  const LogGuess imu =
+      tried("all.csv",
+            imu_rows("loggingTime,locationTimestamp_since1970,locationLatitude,locationLongitude,locationAltitude,"
+                     "accelerometerTimestamp_sinceReboot,accelerometerAccelerationX,accelerometerAccelerationY,"
+                     "accelerometerAccelerationZ,gyroTimestamp_sinceReboot,gyroRotationX,gyroRotationY,gyroRotationZ\n",
+                     [](int i, const Sample& s) {
+                       const std::string fix = i % 50 == 30 ? fmt::format("{}.{},{},450.{}", 1707307000 + i / 100,
+                                                                          i % 100 / 10, place(i), i % 7)
+                                                            : std::string(",,,");
+                       const std::string turns = i % 9 == 4 ? ",,," : fmt::format("{:.3f},{}", 7000 + s.t, s.turns());
+                       return fmt::format("2024-02-07 13:00:{:06.3f},{},{:.3f},{},{}", 10 + s.t, fix, 7000 + s.t,
+                                          s.forces(9.80665), turns);
+                     }));
+  expect_has(imu, {"time: {name: gyroTimestamp_sinceReboot, unit: s, of: boot}", "axes: -x -y -z, unit: g"});
+  ASSERT_EQ(imu.beside.size(), 1U);
+  expect_has(imu.beside[0], {"time: {name: locationTimestamp_since1970, unit: s, of: utc}"});
+  ASSERT_TRUE(imu.beside[0].boot_time);
+  EXPECT_EQ(imu.beside[0].boot_time->name, "gyroTimestamp_sinceReboot");
+}
+
+// Of ArduPilot's older logs: TimeMS is of the GPS week, and T since power-up, as TimeMS of the IMU is.
+TEST(LoggerDialects, ArduPilotsTwoTimes) {
+  const LogGuess imu = tried(
+      "00000001.log",
+      imu_rows("FMT, 129, 31, IMU, Iffffff, TimeMS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n"
+               "FMT, 130, 45, GPS, BIHBcLLeeEefI, Status,TimeMS,Week,NSats,HDop,Lat,Lng,RelAlt,Alt,Spd,GCrs,VZ,T\n",
+               [](int i, const Sample& s) {
+                 const std::string row = fmt::format("IMU, {:.0f}, {}, {}", 1000 * s.t + 8000, s.turns(), s.forces());
+                 return i % 20 == 5
+                            ? fmt::format("{}\nGPS, 3, {:.0f}, 1800, 9, 1.2, {}, 3.1, 450.{}, 2.1, 30.5, 0.1, {:.0f}",
+                                          row, 400000000 + 1000 * s.t, place(i), i % 7, 1000 * s.t + 8150)
+                            : row;
+               }));
+  std::vector<LogGuess> all = imu.beside;
+  all.push_back(imu);
+  const auto gps = std::find_if(all.begin(), all.end(), [](const LogGuess& g) { return g.kind == LogKind::kGnss; });
+  ASSERT_NE(gps, all.end());
+  expect_has(*gps, {"time: {name: 3, week: 4, unit: ms, of: gps_week}"});
+  ASSERT_TRUE(gps->boot_time);
+  EXPECT_EQ(gps->boot_time->name, "14");
+}
+
+TEST(LoggerDialects, RowsThatTellTheClock) {
+  const LogGuess sensor = tried(
+      "SENSOR.CSV",
+      imu_rows("$FLYS,1\n$COL,IMU,time,wx,wy,wz,ax,ay,az\n$UNIT,IMU,s,deg/s,deg/s,deg/s,g,g,g\n"
+               "$COL,TIME,time,tow,week\n$UNIT,TIME,s,s,\n$DATA\n",
+               [](int i, const Sample& s) {
+                 const std::string row =
+                     fmt::format("$IMU,{:.3f},{},{}", 100 + s.t, s.turns(M_PI / 180), s.forces(9.80665));
+                 return i % 500 == 7 ? fmt::format("{}\n$TIME,{:.3f},{:.3f},2300", row, 100 + s.t, 5000.25 + s.t) : row;
+               }));
+  ASSERT_EQ(sensor.clock.size(), 3U);
+  EXPECT_NEAR(sensor.clock[0].second - sensor.clock[0].first, 4900.25, 1e-6);
 }
 
 // ---- Headers ----

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "piste/io/log_io.h"
@@ -24,8 +25,11 @@ struct LogGuess {
   std::string aside = {};  ///< of a part: why another file is preferred to it, or why none needs it; or empty
   std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well
   std::vector<std::string> doubts = {};      ///< what the user should check
-  std::vector<LogGuess> beside = {};         ///< other logs in the same file, such as a receiver's with an IMU's
-  std::string lost = {};                     ///< the part of the file that cannot be used, and why; or empty
+  bool guessed_rates = false;                ///< of an IMU: no header tells the unit of the gyroscopes
+  /// Pairs of the log's time and GPS seconds of week, where rows beside those of the sensor state both.
+  std::vector<std::pair<double, double>> clock = {};
+  std::vector<LogGuess> beside = {};  ///< other logs in the same file, such as a receiver's with an IMU's
+  std::string lost = {};              ///< the part of the file that cannot be used, and why; or empty
 };
 
 /// Guesses the log from the bytes of the file `file`, mostly the first. A CSV is recognised by its column names, rows
