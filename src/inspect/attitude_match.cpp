@@ -138,9 +138,10 @@ void name_axes(const FitStep& step, AttitudeFit& fit) {
   fit.sigma_left = euler_sigma(fit.left, step.covariance.block<3, 3>(1, 1));
 }
 
-// Fits from a coarse offset. Without a fit, `why_not` gets the reason.
+// Fits from a coarse offset. Without a fit, `why_not` gets the reason, and `contradicts` whether no gyroscope with any
+// axes turns as the attitude does.
 std::optional<AttitudeFit> fit_rates(const std::vector<ImuSample>& reference, const GyroTurns& imu, double offset,
-                                     std::string& why_not) {
+                                     std::string& why_not, bool& contradicts) {
   constexpr int kMostSteps = 30;
   constexpr double kSettled = 1e-6;  // s
   RateFit x{.offset = offset};
@@ -178,10 +179,11 @@ std::optional<AttitudeFit> fit_rates(const std::vector<ImuSample>& reference, co
   const bool plausible = x.scale.cwiseAbs().maxCoeff() < kLargestScale;
   if (!(explained > kLeastExplained) || !plausible) {
     const BoresightFromRates last = closed_form(pairs);
+    const bool mirrored = last.residual_mirrored < last.residual / 2;
+    contradicts = !mirrored && !plausible;
     why_not =
-        last.residual_mirrored < last.residual / 2
-            ? "the rates fit only with one of the two left-handed: an axis of one of them is reversed, or two are "
-              "interchanged"
+        mirrored ? "the rates fit only with one of the two left-handed: an axis of one of them is reversed, or two are "
+                   "interchanged"
         : !plausible ? "the rates fit only with scales that no gyroscope has"
                      : fmt::format("whatever the axes, the attitude explains {:.0f} % of the gyroscopes' rates",
                                    100 * std::max(0.0, explained));
@@ -221,7 +223,7 @@ AttitudeMatch match(const ImuRecording& imu, const AttitudeRecording& attitude) 
   const double ratio = root_mean_square(body.value) / std::max(root_mean_square(other.value), 1e-12);
   if (ratio > kUnitFar || ratio < 1 / kUnitFar) {
     m.why_not = fmt::format("the gyroscopes turn {:.3g} times as fast as the attitude: see their units", ratio);
-    m.far_from_unit = true;
+    m.contradicts = true;
     return m;
   }
   const CoarseOffset coarse = correlate(body, other, kShortestCommon);
@@ -233,7 +235,7 @@ AttitudeMatch match(const ImuRecording& imu, const AttitudeRecording& attitude) 
         fmt::format("the motion repeats itself: the rates correlate by {:.3f} at {:.2f} s, and by {:.3f} elsewhere",
                     m.correlation, coarse.peak.peak_offset, coarse.peak.rival);
   } else {
-    m.fit = fit_rates(reference, turns, coarse.peak.peak_offset, m.why_not);
+    m.fit = fit_rates(reference, turns, coarse.peak.peak_offset, m.why_not, m.contradicts);
   }
   return m;
 }

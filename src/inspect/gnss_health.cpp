@@ -324,11 +324,13 @@ GnssHealth gnss_health(const GnssRecording& gnss) {
   h.top_speed = quantile(speeds, 0.99);
   std::erase_if(speeds, [](double v) { return v < kSurelyMoving; });
   h.speed = speeds.empty() ? 0 : median(std::move(speeds));
+  const bool sparse = h.sampling.interval > kSparseFixes;
+  if (sparse) h.rest.clear();
   h.rest_scatter = scatter_at_rest(fixes, p, h.rest);
   h.velocity = fit_velocity(fixes, p, h);
   const auto delay = h.velocity ? h.velocity->known_delay() : std::nullopt;
   const std::vector<GeodeticFix> in_time = delay ? with_velocities_of(fixes, *delay) : fixes;
-  h.noise = fix_noise(in_time, p, h);
+  if (!sparse) h.noise = fix_noise(in_time, p, h);
   h.repeated = find_repeated(fixes, p, h);
   h.jumps = h.velocities > fixes.size() / 2 ? jumps_against_velocity(in_time, p, h) : jumps_off_the_line(fixes, p, h);
   return h;

@@ -136,6 +136,14 @@ std::vector<Suspicion> suspicions(const GnssHealth& h, const RowFaults& faults, 
   const auto add = adding_to(found, file);
   if (h.velocity) suspect_velocity(*h.velocity, file, found);
   suspect_positions(h, file, found);
+  if (h.sampling.interval > kSparseFixes) {
+    add(LogFault::kLowRate,
+        fmt::format(
+            "a fix every {:.3g} s: the track between them is unknown, so that it tells neither axes nor units of "
+            "an IMU",
+            h.sampling.interval),
+        "log a fix a second or more; gravity tells down, and `axes` has the rest");
+  }
   if (h.velocities == 0) {
     add(LogFault::kNoVelocity, "no velocities", "log the receiver's velocities where it has them");
   }

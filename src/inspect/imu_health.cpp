@@ -126,6 +126,30 @@ std::vector<std::pair<std::size_t, std::size_t>> quiet_rows(const ImuRecording& 
   return joined;
 }
 
+// The parts of stretches of rows that are outside of these times, and long enough to be rest.
+std::vector<std::pair<std::size_t, std::size_t>> without(const std::vector<std::pair<std::size_t, std::size_t>>& all,
+                                                         const std::vector<double>& time,
+                                                         const std::vector<Interval>& moving) {
+  if (moving.empty()) return all;
+  std::vector<std::pair<std::size_t, std::size_t>> left;
+  const auto keep = [&](std::size_t begin, std::size_t end) {
+    if (end > begin + 1 && time[end - 1] - time[begin] >= kShortestRest - 0.1 * kNoiseWindow)
+      left.emplace_back(begin, end);
+  };
+  std::size_t next = 0;
+  for (const auto& [begin, end] : all) {
+    std::size_t from = begin;
+    for (std::size_t i = begin; i < end; ++i) {
+      while (next < moving.size() && moving[next].end < time[i]) ++next;
+      if (next == moving.size() || !moving[next].contains(time[i])) continue;
+      keep(from, i);
+      from = i + 1;
+    }
+    keep(from, end);
+  }
+  return left;
+}
+
 // The limit that an axis reaches often and never exceeds, and the number of samples there. More samples have this value
 // than the next value inside. The limit is enough quantization steps from zero not to be the rounded rate of a calm
 // body.
@@ -218,7 +242,7 @@ bool turns_too_fast(const Values& gyro) { return quantile(norms_of(gyro), 0.99) 
 
 }  // namespace
 
-ImuHealth imu_health(const ImuRecording& imu) {
+ImuHealth imu_health(const ImuRecording& imu, const std::vector<Interval>& moving) {
   ImuHealth h;
   h.sampling = sampling(imu.time);
   h.increments = imu.increments;
@@ -226,7 +250,7 @@ ImuHealth imu_health(const ImuRecording& imu) {
   const std::vector<double> forces = norms_of(accel);
   const double force = median(forces);
   h.has_gravity = quantile(forces, kMostForces) < kGravityRange * quantile(forces, kLeastForces);
-  const auto quiet = quiet_rows(imu, gyro, accel, force);
+  const auto quiet = without(quiet_rows(imu, gyro, accel, force), imu.time, moving);
   Values at_rest;
   for (const auto& [begin, end] : quiet) {
     h.rest.push_back({imu.time[begin], imu.time[end - 1]});

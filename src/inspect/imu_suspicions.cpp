@@ -88,7 +88,7 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
 }  // namespace
 
 std::vector<Suspicion> suspicions(const ImuHealth& h, const RowFaults& faults, const std::string& file) {
-  constexpr double kFastestImu = 20000, kSlowestImu = 4, kUsefulRate = 40;  // Hz
+  constexpr double kFastestImu = 20000, kSlowestImu = 1.5, kUsefulRate = 40;  // Hz: 2 Hz is slow
   std::vector<Suspicion> found = suspicions(h.sampling, faults, file, kFastestImu, kSlowestImu);
   if (h.sampling.rows < 3) return found;
   const auto add = adding_to(found, file);

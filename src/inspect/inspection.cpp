@@ -63,8 +63,8 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
     text += fmt::format("{}gravity_file: {}\n", indent, yaml_text(path_from(folder, log.log.gravity_file)));
   }
   text += fmt::format("{}format: {}\n", indent, name_of(log.log.format));
+  for (const std::string& doubt : log.guess->doubts) text += fmt::format("{}# {}\n", indent, doubt);
   if (log.log.columns) {
-    for (const std::string& doubt : log.guess->doubts) text += fmt::format("{}# {}\n", indent, doubt);
     text += fmt::format("{}columns: {}\n", indent, columns_text(*log.log.columns, std::string(indent) + "  "));
   }
   if (log.log.repair) text += fmt::format("{}repair: true                # {}\n", indent, log.repaired());
@@ -82,15 +82,41 @@ std::string drift_text(const PositionDrift& drift, std::string_view why) {
                      size_text(drift), plain(drift.correlation_time, kDigits), why);
 }
 
+// The class whose sigmas are stated for a log without: that of the quality which most fixes have.
+const ReceiverClass& class_of(const InspectedLog& log) {
+  const auto& counts = log.gnss_health->qualities;
+  return receiver_class(static_cast<FixQuality>(std::max_element(counts.begin(), counts.end()) - counts.begin()));
+}
+
+bool has_own_factors(const InspectedLog& log) {
+  const auto& own = log.log.sigma_scales.of_quality;
+  return std::any_of(own.begin(), own.end(), [](double factor) { return factor > 0; });
+}
+
+// The factors of the qualities that a log has, each times `all`.
+std::string scales_of_qualities(const InspectedLog& log, double all) {
+  constexpr int kDifference = 5;
+  std::vector<std::string> each;
+  for (std::size_t i = 0; i < kQualities; ++i) {
+    if (log.gnss_health->qualities[i] == 0) continue;
+    each.push_back(fmt::format("{}: {}", kQualityNames[i],
+                               plain(all * log.log.sigma_scales.of(static_cast<FixQuality>(i)), kDifference)));
+  }
+  return fmt::format("    sigma_scale: {{{}}}   # of the sigmas of positions, by the quality of the fix\n",
+                     fmt::join(each, ", "));
+}
+
 // The factors of a receiver's sigmas where the motion contradicts these sigmas, and its slow error. The white part is
 // the difference of the squares of two of these numbers, so they have more digits than their accuracy justifies.
-std::string receiver_noise(const Calibration& found) {
+std::string receiver_noise(const Calibration& found, const InspectedLog& log) {
   constexpr double kRight = 0.1;
   constexpr int kDifference = 5;
   const auto wrong = [](double scale) { return std::abs(scale - 1) > kRight; };
   std::string text;
   const SigmaScales& scales = found.sigma_scales;
-  if (wrong(scales.position) || (found.drift && std::abs(scales.position - 1) > 1e-4)) {
+  if (has_own_factors(log)) {
+    text += scales_of_qualities(log, scales.position);
+  } else if (wrong(scales.position) || (found.drift && std::abs(scales.position - 1) > 1e-4)) {
     text += fmt::format("    sigma_scale: {}           # of the sigmas of positions, as likely in motion\n",
                         plain(scales.position, kDifference));
   }
@@ -166,6 +192,15 @@ std::string rest_of_clock(const LogMatch* match) {
   return fmt::format(
       "  # The motions fit best with an offset {:+.3f} s from this, +- {:.3f} s, or with velocities so late.\n",
       match->clock->offset, match->clock->sigma);
+}
+
+// The steps of a clock, as the value of `clock` has them; empty without any.
+std::string steps_text(const std::vector<ClockStep>& steps) {
+  std::vector<std::string> each;
+  each.reserve(steps.size());
+  for (const ClockStep& s : steps)
+    each.push_back(fmt::format("[{} s, {} s]", with_decimals(s.time, 6), with_decimals(s.step, 6)));
+  return each.empty() ? "" : fmt::format("steps: [{}]", fmt::join(each, ", "));
 }
 
 std::string as_likely(const MotionMatch& motion) {
@@ -320,7 +355,36 @@ std::optional<double> written_velocity_delay(const Inspection& inspection, const
   return late ? std::optional(late->delay) : std::nullopt;
 }
 
+namespace {
+
+// The filter measures the clock beside the antenna's place, which the comparison of turn rates knows nothing of: a
+// finding that the filter refutes is not made.
+void drop_refuted_clocks(Inspection& inspection) {
+  constexpr double kSure = 3;
+  const LogMatch* match = inspection.first_match();
+  const Calibration* found = inspection.calibration();
+  if (match == nullptr || !match->clock || found == nullptr || match->clock_told) return;
+  const double apart = std::abs(found->clock_offset - match->clock->offset);
+  if (!(found->clock_sigma < kSureClock && apart > kSure * std::hypot(found->clock_sigma, match->clock->sigma))) return;
+  const std::string& file = inspection.logs[*inspection.first(LogKind::kImu)].log.file;
+  for (Suspicion& s : inspection.suspicions) {
+    if (s.fault != LogFault::kClockOffset || s.file != file) continue;
+    s.what = fmt::format(
+        "the filter, which also estimates the antenna's place, finds the IMU's clock {:.3f} ± {:.3f} s {} "
+        "the receiver's",
+        std::abs(found->clock_offset), found->clock_sigma, found->clock_offset > 0 ? "ahead of" : "behind");
+    s.remedy = "the configuration has it";
+  }
+  std::erase_if(inspection.suspicions, [&](const Suspicion& s) {
+    return s.fault == LogFault::kClockOffset && s.file == file &&
+           std::abs(found->clock_offset) < 5 * found->clock_sigma;
+  });
+}
+
+}  // namespace
+
 void advise_as_written(Inspection& inspection) {
+  drop_refuted_clocks(inspection);
   const auto receiver_of = [&](const Suspicion& s) -> const InspectedLog* {
     const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
     if (imu && gnss && inspection.logs[*imu].log.file == s.file) return &inspection.logs[*gnss];
@@ -363,19 +427,26 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       file_keys(inspection.logs[*first], folder, "  "), sensor_file, axes_text(imu.R_bs),
       from_motion ? as_likely(*match->motion) : "down as gravity has it; forward and right are to be checked");
   const Calibration* found = inspection.calibration();
+  const std::string steps = steps_text(inspection.logs[*first].log.clock_steps);
+  const std::string behind = steps.empty() ? "" : ", " + steps;
+  const bool clock_written = inspection.imu_clock() != nullptr || imu.clock_offset != 0;
   if (const ReceiverClock* clock = inspection.imu_clock()) {
     text += fmt::format(
         "  # From the receiver's own two times, +- {:.3f} s each{}.\n{}"
-        "  clock: {{offset: {:.4f} s, drift: {} ppm}}\n",
+        "  clock: {{offset: {:.4f} s, drift: {} ppm{}}}\n",
         clock->scatter,
         found != nullptr ? fmt::format(", and the motion, +- {:.3f} s", found->clock_sigma)
                          : "; its latency, of some ms to hundreds of ms, is in it",
-        found != nullptr ? "" : rest_of_clock(match), imu.clock_offset, with_decimals(1e6 * imu.clock_drift, 2));
+        found != nullptr ? "" : rest_of_clock(match), imu.clock_offset, with_decimals(1e6 * imu.clock_drift, 2),
+        behind);
   } else if (imu.clock_offset != 0) {
     text += fmt::format(
-        "  clock: {{offset: {} s{}}}    # as the motion has it, +- {:.4f} s\n", with_decimals(imu.clock_offset, 4),
-        imu.clock_drift != 0 ? fmt::format(", drift: {} ppm", with_decimals(1e6 * imu.clock_drift, 2)) : "",
+        "  clock: {{offset: {} s{}{}}}    # as the motion has it, +- {:.4f} s\n", with_decimals(imu.clock_offset, 4),
+        imu.clock_drift != 0 ? fmt::format(", drift: {} ppm", with_decimals(1e6 * imu.clock_drift, 2)) : "", behind,
         found != nullptr ? found->clock_sigma : match->clock->sigma);
+  }
+  if (!steps.empty() && !clock_written) {
+    text += fmt::format("  clock: {{{}}}   # the clock was set under way\n", steps);
   }
   text += "gnss:\n";
   bool reference = false;
@@ -407,7 +478,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     if (log.log.sigma) {
       text += fmt::format("    sigma: {} {} {} m                # the log has none: usual of a {} receiver\n",
                           plain(log.log.sigma->x()), plain(log.log.sigma->y()), plain(log.log.sigma->z()),
-                          receiver_class(log.gnss.fixes).name);
+                          class_of(log).name);
     }
     if (log.log.sigma_velocity) {
       text += fmt::format("    sigma_velocity: {} m/s         # {}\n", plain(log.log.sigma_velocity->x()),
@@ -421,16 +492,17 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       late_sources.velocity = std::max(late->prior, late_sources.velocity.value_or(0));
     }
     if (log.calibration && log.calibration->fits()) {
-      text += receiver_noise(*log.calibration);
+      text += receiver_noise(*log.calibration, log);
       if (const auto& sway = log.calibration->sway) {
         text += fmt::format(
             "    lever_arm_sway: {{sigma: {} m, correlation_time: {} s}}   # the antenna moves on the body\n",
             plain(sway->sigma.x(), kDigits), plain(sway->correlation_time, kDigits));
       }
     } else if (log.log.sigma) {
-      const ReceiverClass& usual = receiver_class(log.gnss.fixes);
+      const ReceiverClass& usual = class_of(log);
       text += drift_text(PositionDrift::of_share(Vector3d::Constant(usual.share), kSlowTime),
                          fmt::format("usual of a {} receiver", usual.name));
+      if (has_own_factors(log)) text += scales_of_qualities(log, 1);
     }
     text += fmt::format("    use: position{}\n", uses_velocities(log) ? " velocity"
                                                  : log.gnss_health->velocities > 0

@@ -16,8 +16,8 @@ namespace piste {
 namespace {
 
 // Stationary times determine an offset to about 1 s, as a receiver detects a slow start late.
-constexpr double kNear = 5, kRestSigma = 0.6;            // s
-constexpr double kSlowestImu = 0.25, kSlowestGnss = 20;  // s between rows: longer intervals mean another unit of time
+constexpr double kNear = 5, kRestSigma = 0.6;         // s
+constexpr double kSlowestImu = 2, kSlowestGnss = 20;  // s between rows: longer intervals mean another unit of time
 
 bool times_are_seconds(const LogMatch& m, double gnss_interval) {
   return m.interval > 0 && m.interval < kSlowestImu && gnss_interval > 0 && gnss_interval < kSlowestGnss;
@@ -51,6 +51,11 @@ void compare(LogMatch& m, const ImuIntegral& integral, const Track& track, const
   // with skis and bicycles the offset was wrong by 0.012 s with ten fixes a second, by 0.03 to 0.06 s with one.
   constexpr double kTurnsEarly = 0.01, kBetweenFixes = 0.06;  // s; parts of the interval between fixes
   m.clock = match_clocks(integral, track);
+  if (health.sampling.interval > kSparseFixes) {
+    if (m.clock && !m.clock->certain) m.clock.reset();
+    if (m.clock) m.clock->sigma = std::hypot(m.clock->sigma, kTurnsEarly, kBetweenFixes * health.sampling.interval);
+    return;
+  }
   const auto compare_motion = [&] {
     const double offset = m.clock ? m.clock->offset : 0;
     m.turn_ratio = turn_ratio(integral, track, offset);

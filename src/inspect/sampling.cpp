@@ -124,7 +124,7 @@ std::vector<Suspicion> suspicions(const Sampling& s, const RowFaults& faults, co
          fmt::format("time begins at {:.3f} s: seconds since 1970, it seems, and not of the GPS week", s.span.start),
          fmt::format("subtract {:.0f} s, and add the leap seconds where it is UTC",
                      kGpsEpoch + kWeek * std::floor(gps / kWeek))});
-  } else if (seconds && (s.span.start < 0 || s.span.start >= kWeek)) {
+  } else if (seconds && (s.span.start < -kWeek || s.span.start >= kWeek)) {  // below zero: since another instant
     found.push_back(
         {LogFault::kNotSecondsOfWeek, file,
          fmt::format("time begins at {:.3f} s, which is no second of the GPS week (0 to 604800)", s.span.start),

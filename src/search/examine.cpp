@@ -1,12 +1,16 @@
 #include "search/examine.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "core/receiver_class.h"
 #include "core/recording.h"
+#include "inspect/tilt_rate.h"
 #include "io/left_out_rows.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
@@ -102,6 +106,23 @@ std::optional<ReceiverClock> clock_of(const InspectedLog& l) {
   return fit_clock(logger, gps);
 }
 
+// The clock of a logger that writes its own time beside that of the receiver, in rows of their own.
+std::optional<ReceiverClock> clock_told(const InspectedLog& l) {
+  if (l.guess->clock.empty()) return std::nullopt;
+  std::vector<double> logger, gps, offsets;
+  for (const auto& [own, told] : l.guess->clock) {
+    logger.push_back(own);
+    gps.push_back(told);
+    offsets.push_back(own - told);
+  }
+  if (auto fitted = fit_clock(logger, gps)) return fitted;
+  ReceiverClock clock;  // of few pairs: without a drift
+  clock.offset = median(std::move(offsets));
+  clock.since = l.imu.time.empty() ? logger.front() : l.imu.time.front();
+  clock.span = {clock.since, l.imu.time.empty() ? logger.back() : l.imu.time.back()};
+  return clock;
+}
+
 // A receiver that states the same coarse accuracy for all its velocities, as phones do, does not know it. Then the
 // sigma is measured against the derivative of the positions.
 void state_velocity_sigma(InspectedLog& l) {
@@ -122,6 +143,34 @@ void state_velocity_sigma(InspectedLog& l) {
   l.gnss_health = gnss_health(l.gnss);
 }
 
+// Reads a log without sigmas again: with those that are usual of the quality that most fixes have, and factors for the
+// others.
+void read_with_usual_sigmas(InspectedLog& l) {
+  std::array<std::size_t, kQualities> counts{};
+  for (const GeodeticFix& fix : l.gnss.fixes) ++counts[static_cast<std::size_t>(fix.quality)];
+  const auto most = static_cast<std::size_t>(std::max_element(counts.begin(), counts.end()) - counts.begin());
+  const ReceiverClass& usual = receiver_class(static_cast<FixQuality>(most));
+  for (std::size_t i = 0; i < kQualities; ++i) {
+    const double factor = receiver_class(static_cast<FixQuality>(i)).axes[0] / usual.axes[0];
+    if (counts[i] > 0 && factor != 1) l.log.sigma_scales.of_quality[i] = factor;
+  }
+  read_again(l, usual.sigma(), l.gnss, read_gnss);
+}
+
+// Leaves out velocities that are no derivative of the positions, by ten of their sigmas and more than positions that
+// scatter explain: a course in another unit, or another sensor's speed.
+void leave_out_refuted_velocities(InspectedLog& l) {
+  constexpr double kSigmas = 10, kLeast = 0.7, kOfSpeed = 0.3;  // m/s of the scatter; a late velocity explains a part
+  const GnssHealth& h = *l.gnss_health;
+  if (!h.velocity || !h.velocity->as_given() || !(h.sigma_velocity > 0)) return;
+  if (h.velocity->residual < std::max({kSigmas * h.sigma_velocity, kLeast, kOfSpeed * h.speed})) return;
+  l.velocities_refuted = true;
+  for (GeodeticFix& fix : l.gnss.fixes) fix.velocity.reset();
+  const VelocityFit fit = *h.velocity;
+  l.gnss_health = gnss_health(l.gnss);
+  l.gnss_health->velocity = fit;
+}
+
 void read_receiver(InspectedLog& l) {
   constexpr double kUsualVelocity = 0.5;  // m/s
   if (const auto& map = l.log.columns) {
@@ -129,24 +178,80 @@ void read_receiver(InspectedLog& l) {
     const bool stated = map->find("sigma_velocity") != nullptr || map->find("speed_accuracy") != nullptr;
     if (moves && !stated) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
   }
-  if (l.log.format == LogFormat::kNovatel) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
+  const bool without_sigmas = l.log.format == LogFormat::kNovatel || l.log.format == LogFormat::kNmea;
+  if (without_sigmas) l.log.sigma_velocity = Vector3d::Constant(kUsualVelocity);
   l.gnss = read_gnss(l.log, &l.faults);
-  if (says_no_sigma(l.gnss)) read_again(l, receiver_class(l.gnss.fixes).sigma(), l.gnss, read_gnss);
+  if (says_no_sigma(l.gnss)) read_with_usual_sigmas(l);
   read_spread(l, l.gnss, read_gnss);
   read_repaired(l, l.gnss, read_gnss);
   l.clock = clock_of(l);
   if (l.gnss.fixes.size() < 3) return;
   l.gnss_health = gnss_health(l.gnss);
-  if (l.log.format == LogFormat::kNovatel && l.gnss_health->velocities == 0) l.log.sigma_velocity.reset();
+  if (without_sigmas && l.gnss_health->velocities == 0) l.log.sigma_velocity.reset();
+  if (l.gnss.above_sea > 0) {
+    l.guess->doubts.emplace_back(
+        "height: above the sea, and taken as above the ellipsoid, as no sentence has the geoid's height: add it where "
+        "that matters, up to 100 m");
+  }
   state_velocity_sigma(l);
+  leave_out_refuted_velocities(l);
+}
+
+// Takes the unit of rates that no header tells from the motion: as fast as gravity turns in the body.
+void judge_rate_unit(InspectedLog& l) {
+  if (!l.guess->guessed_rates || !l.log.columns) return;
+  std::string& unit = l.log.columns->uses.at("gyro").unit;
+  if (unit != "rad/s" && unit != "deg/s") return;
+  const auto factor = rate_factor_by_tilt(l.imu);
+  if (!factor) return;
+  std::erase_if(l.guess->doubts, [](const std::string& doubt) { return doubt.starts_with("gyro:"); });
+  const std::string likelier = *factor == 1 ? unit : unit == "rad/s" ? "deg/s" : "rad/s";
+  if (*factor != 1 && std::abs(*factor - (unit == "rad/s" ? kDegree : kDegreesPerRadian)) > 1e-6 * *factor) return;
+  l.guess->doubts.push_back(fmt::format("gyro: in {}, as gravity turns in the body", likelier));
+  if (unit == likelier) return;
+  unit = likelier;
+  l.guess->columns = l.log.columns;
+  l.faults = {};
+  l.imu = read_imu(l.log, &l.faults);
+}
+
+// Whether rows behind a step are those of before, as of a log that stands in the file twice.
+bool repeats_itself(const ImuRecording& imu, const ClockStep& step) {
+  const auto behind =
+      static_cast<std::size_t>(std::adjacent_find(imu.time.begin(), imu.time.end(),
+                                                  [&](double a, double b) { return a == step.time && b <= a; }) -
+                               imu.time.begin() + 1);
+  if (behind >= imu.time.size()) return false;
+  for (std::size_t i = behind; i-- > 0 && imu.time[i] >= imu.time[behind];) {
+    if (imu.gyro[i] == imu.gyro[behind] && imu.accel[i] == imu.accel[behind]) return true;
+  }
+  return false;
+}
+
+// Reads the log of a clock that was set back under way again, without these steps.
+void take_out_steps(InspectedLog& l) {
+  if (l.faults.count(RowFault::Kind::kTimeBack) == 0) return;
+  InspectedLog standing = l;
+  standing.log.as_it_stands = true;
+  RowFaults ignored;
+  const ImuRecording rows = read_imu(standing.log, &ignored);
+  std::vector<ClockStep> steps = clock_steps(rows.time);
+  if (steps.empty() || std::any_of(steps.begin(), steps.end(), [&](const auto& s) { return repeats_itself(rows, s); }))
+    return;
+  l.log.clock_steps = std::move(steps);
+  l.faults = {};
+  l.imu = read_imu(l.log, &l.faults);
 }
 
 // Stamps are judged as logged; all else is examined with the stamps that replay will use.
 void read_body(InspectedLog& l) {
   l.log.even_stamps = false;
   l.imu = read_imu(l.log, &l.faults);
+  take_out_steps(l);
+  judge_rate_unit(l);
   read_spread(l, l.imu, read_imu);
   read_repaired(l, l.imu, read_imu);
+  l.clock = clock_told(l);
   if (l.imu.time.size() >= 3) l.imu_health = imu_health(l.imu);
   l.log.even_stamps = true;
   if (l.log.accel_file.empty()) {
@@ -167,7 +272,49 @@ void read_reference(InspectedLog& l) {
   if (time.size() >= 3) l.attitude_sampling = sampling(time);
 }
 
+// The times in which a receiver moves, by its velocities, else by its positions.
+std::vector<Interval> moving_times(const GnssRecording& gnss) {
+  constexpr double kSlow = 1, kSure = 5, kLongest = 3;  // m/s; sigmas; s between fixes
+  std::vector<Interval> moving;
+  for (std::size_t i = 1; i < gnss.fixes.size(); ++i) {
+    const GeodeticFix &before = gnss.fixes[i - 1], &now = gnss.fixes[i];
+    const double dt = now.time - before.time;
+    if (!(dt > 0 && dt <= kLongest)) continue;
+    const auto moves = [&](const GeodeticFix& fix) {
+      return fix.velocity->value.head<2>().norm() > std::max(kSlow, kSure * fix.velocity->sigma.head<2>().maxCoeff());
+    };
+    bool moved = before.velocity && now.velocity && moves(before) && moves(now);
+    if (!before.velocity || !now.velocity) {
+      const double spread = before.sigma_position.head<2>().norm() + now.sigma_position.head<2>().norm();
+      moved =
+          World(before.position).from_geodetic(now.position).head<2>().norm() > std::max(kSlow * dt, kSure * spread);
+    }
+    if (!moved) continue;
+    if (!moving.empty() && moving.back().end == before.time) {
+      moving.back().end = now.time;
+    } else {
+      moving.push_back({before.time, now.time});
+    }
+  }
+  return moving;
+}
+
 }  // namespace
+
+void judge_rests(Inspection& inspection) {
+  const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
+  const LogMatch* match = inspection.first_match();
+  if (!imu || !gnss || match == nullptr || !inspection.logs[*imu].imu_health || !inspection.logs[*gnss].gnss_health)
+    return;
+  if (inspection.imu_clock() != nullptr || (!match->clock && !(match->overlap > 0))) return;
+  const double offset = match->clock ? match->clock->offset : 0;
+  std::vector<Interval> moving = moving_times(inspection.logs[*gnss].gnss);
+  for (Interval& span : moving) span = {span.start + offset, span.end + offset};
+  InspectedLog& body = inspection.logs[*imu];
+  const ImuHealth judged = imu_health(body.imu, moving);
+  if (judged.rest.size() == body.imu_health->rest.size() && judged.force == body.imu_health->force) return;
+  body.imu_health = judged;
+}
 
 void examine(InspectedLog& l, std::vector<Suspicion>& found) {
   constexpr double kFastestGnss = 100, kSlowestGnss = 0.02, kFastestAttitude = 2000, kSlowestAttitude = 0.02;  // Hz
@@ -188,6 +335,39 @@ void examine(InspectedLog& l, std::vector<Suspicion>& found) {
     found.push_back({LogFault::kUnreadable, file, e.what(), "piste cannot use this file as it is"});
     l.guess.reset();
     return;
+  }
+  for (const ClockStep& step : l.log.clock_steps) {
+    found.push_back(
+        {LogFault::kClockJump, file,
+         fmt::format("its clock was set back by {:.6g} s behind t = {:.6f} s, and goes on evenly: a step of the "
+                     "clock, no disorder of rows",
+                     -step.step, step.time),
+         fmt::format("`clock: {{steps: [[{:.6f} s, {:.6g} s]]}}` takes it out, as the configuration does", step.time,
+                     step.step)});
+  }
+  if (l.gnss.not_used > 0 && l.guess->kind == LogKind::kGnss) {
+    found.push_back({LogFault::kNoFix, file,
+                     fmt::format("{} fixes beside {} are dead-reckoned: the receiver carried its last fix on",
+                                 l.gnss.not_used, l.gnss.fixes.size()),
+                     "they are no measurements and left out, as in an outage; `use_quality` says what is used"});
+  }
+  if (l.velocities_refuted) {
+    found.push_back(
+        {LogFault::kVelocityContradicts, file,
+         fmt::format("its velocities are not the derivative of its positions: {:.2g} m/s are between them, at "
+                     "a speed of {:.2g} m/s",
+                     l.gnss_health->velocity->residual, l.gnss_health->speed),
+         "`use: position`, as the configuration does; are speed, course and their units what they are read as?"});
+  }
+  if (l.gnss.unchecked > 0) {
+    found.push_back({LogFault::kNotUsed, file,
+                     fmt::format("{} sentences without a right checksum: not one has one", l.gnss.unchecked),
+                     "they are read all the same; a garbled one is not noticed: let the logger write checksums"});
+  }
+  if (l.gnss.above_sea > 0) {
+    found.push_back({LogFault::kNotUsed, file,
+                     "no sentence has the height of the geoid: heights above the sea are taken as above the ellipsoid",
+                     "add the geoid's height where that matters, up to 100 m"});
   }
   if (l.imu_health) append(found, suspicions(*l.imu_health, l.faults, file));
   if (l.gnss_health) append(found, suspicions(*l.gnss_health, l.faults, file));

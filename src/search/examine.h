@@ -11,4 +11,8 @@ namespace piste {
 /// as guessed loses its guess.
 void examine(InspectedLog& log, std::vector<Suspicion>& found);
 
+/// Takes out of the rests of the first IMU the times in which the first receiver says that it moves, if their clocks
+/// are known to each other, and examines it again.
+void judge_rests(Inspection& inspection);
+
 }  // namespace piste

@@ -78,7 +78,7 @@ void compare_attitudes(Inspection& inspection, std::vector<Suspicion>& found) {
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
     AttitudeMatch m = match(inspection.logs[*imu].imu, log.attitude);
     append(found, suspicions(m, axes, inspection.logs[*imu].log.file, log.log.file));
-    if (m.far_from_unit) {
+    if (m.contradicts) {
       log.left_out = m.why_not;
       found.push_back({LogFault::kNotUsed, log.log.file, m.why_not, "it is left aside"});
     }
@@ -299,6 +299,7 @@ void examine_all(Inspection& inspection, const Work& work) {
       }
     }
   }
+  judge_rests(inspection);
   if (const LogMatch* m = inspection.first_match()) {
     inspection.vehicle =
         guess_vehicle(on_known_clock(inspection, *imu), logs[*gnss].gnss, *logs[*gnss].gnss_health, *m);

@@ -67,10 +67,14 @@ void join_parts(InspectedLog& gyro, InspectedLog& accel) {
 void add_gravity(InspectedLog& linear, InspectedLog& gravity) {
   ColumnUse& use = linear.log.columns->uses.at("accel");
   const ColumnUse& added = gravity.log.columns->uses.at("accel");
+  if (use.axes.empty()) {
+    linear.guess->doubts.emplace_back(
+        "accel: the sign of the forces is to be checked: that of Android is taken, and iOS writes minus that");
+  }
   use.added = added.names;
   use.unit = added.unit;
   linear.log.gravity_file = gravity.log.file;
-  linear.guess->doubts = std::move(gravity.guess->doubts);
+  append(linear.guess->doubts, std::move(gravity.guess->doubts));
   linear.guess->aside.clear();
   linear.guess->part = LogGuess::Part::kAccel;
   gravity.log.file.clear();
@@ -90,6 +94,33 @@ void join_forces(std::vector<InspectedLog>& logs) {
   if (whole || linear == logs.end() || gravity == logs.end()) return;
   const ColumnMap &one = *linear->log.columns, &other = *gravity->log.columns;
   if (one.time == other.time && one.rows == other.rows) add_gravity(*linear, *gravity);  // both are read alike
+}
+
+// Whether a file is the metadata of Sensor Logger, and says that the forces have the sign that iOS gives them.
+bool says_reversed(const LogSource& source) {
+  const MappedFile mapped = source.content ? MappedFile(*source.content) : MappedFile(source.file);
+  constexpr std::size_t kMost = 4096;
+  TextReader reader("", TextReader::Separator::kComma, mapped.text().substr(0, kMost));
+  if (!reader.next()) return false;
+  const std::vector<std::string_view> names = reader.fields();
+  if (!reader.next() || reader.fields().size() != names.size()) return false;
+  const auto value = [&](std::string_view name) {
+    const auto place = std::find(names.begin(), names.end(), name);
+    return place == names.end() ? std::string_view() : reader.fields()[static_cast<std::size_t>(place - names.begin())];
+  };
+  return value("platform") == "ios" && value("standardisation") == "false";
+}
+
+// Gives the forces of a phone the sign of specific force.
+void reverse_forces(std::vector<InspectedLog>& logs) {
+  for (InspectedLog& l : logs) {
+    if (!l.guess || !l.log.columns || !l.log.columns->uses.contains("accel")) continue;
+    l.log.columns->uses.at("accel").axes = {"-x", "-y", "-z"};
+    l.guess->columns = l.log.columns;
+    if (l.guess->part == LogGuess::Part::kGravity) continue;  // added to the other: one doubt is enough
+    l.guess->doubts.emplace_back(
+        "accel: reversed, as iOS writes it and the metadata say: platform ios, not standardised");
+  }
 }
 
 bool has_forces(const InspectedLog& l) {
@@ -137,6 +168,7 @@ void pair_up(std::vector<InspectedLog>& logs, std::vector<Suspicion>& found) {
 std::vector<InspectedLog> recognise(const std::vector<LogSource>& sources, std::vector<Suspicion>& found) {
   std::vector<InspectedLog> logs;
   for (const LogSource& source : sources) append(logs, guessed(source, found));
+  if (std::any_of(sources.begin(), sources.end(), says_reversed)) reverse_forces(logs);
   pair_up(logs, found);
   return logs;
 }

@@ -126,17 +126,17 @@ TEST(AttitudeMatch, SaysWhyNot) {
   for (Vector3d& w : degrees.gyro) w *= kDegreesPerRadian;
   const AttitudeMatch faster = match(degrees, carried_attitude());
   EXPECT_TRUE(contains(faster.why_not, "times as fast")) << faster.why_not;
-  EXPECT_TRUE(faster.far_from_unit);
+  EXPECT_TRUE(faster.contradicts);
 
   AttitudeRecording frozen = carried_attitude();
   for (EulerFix& fix : frozen.fixes) fix.angles *= 0.01;
-  EXPECT_TRUE(match(carried_imu(), frozen).far_from_unit);
+  EXPECT_TRUE(match(carried_imu(), frozen).contradicts);
 
   ImuRecording mirrored = carried_imu();
   for (Vector3d& w : mirrored.gyro) w.y() *= -1;
   const AttitudeMatch m = match(mirrored, carried_attitude());
   EXPECT_TRUE(contains(m.why_not, "left-handed")) << m.why_not;
-  EXPECT_FALSE(m.far_from_unit);
+  EXPECT_FALSE(m.contradicts);
 
   AttitudeRecording few = carried_attitude();
   few.fixes.resize(20);

@@ -104,7 +104,7 @@ TEST(ImuHealth, SeesOtherTimes) {
   EXPECT_EQ(with_times([](double t) { return 1000 * t; }).front(), LogFault::kTimeUnit);
   EXPECT_EQ(with_times([](double t) { return 1e6 * t; }).front(), LogFault::kTimeUnit);
   EXPECT_EQ(with_times([&](double t) { return t - first + 1.7e9; }), Faults{LogFault::kNotSecondsOfWeek});
-  EXPECT_EQ(with_times([&](double t) { return t - first - 10; }), Faults{LogFault::kNotSecondsOfWeek});
+  EXPECT_EQ(with_times([&](double t) { return t - first - 10; }), Faults{}) << "since another instant";
 }
 
 TEST(ImuHealth, SeesWhatIsBroken) {

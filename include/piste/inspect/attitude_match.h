@@ -30,7 +30,7 @@ struct AttitudeMatch {
   std::optional<AttitudeFit> fit;
   std::string why_not;  ///< why there is no fit; empty with one
   /// Without a fit: whether the rates differ by more than units and noise explain, as if one log were frozen.
-  bool far_from_unit = false;
+  bool contradicts = false;
 
   /// Whether the attitude's delay is significant, if the IMU's clock is ahead of GPS time by `imu_offset` [s]. It must
   /// exceed 3 sigmas, 5 ms, and the ambiguity of a row: a row of the IMU may be a mean over its interval or a sample at

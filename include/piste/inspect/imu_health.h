@@ -51,8 +51,9 @@ struct ImuHealth {
   std::size_t magnetic_rows = 0, temperature_rows = 0;
 };
 
-/// Examines a log. @pre rows are in the order of time, as read_imu gives them, and at least two
-ImuHealth imu_health(const ImuRecording& imu);
+/// Examines a log. `moving`: times, in the order of time, in which the body is known to move: a smooth ride looks as
+/// rest does. @pre rows are in the order of time, as read_imu gives them, and at least two
+ImuHealth imu_health(const ImuRecording& imu, const std::vector<Interval>& moving = {});
 
 /// Lists the faults of the log. `faults`: the rows that could not be read.
 std::vector<Suspicion> suspicions(const ImuHealth& health, const RowFaults& faults, const std::string& file);

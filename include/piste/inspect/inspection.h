@@ -86,7 +86,8 @@ struct InspectedLog {
   std::optional<ReceiverClock> clock = {};
   /// The one sigma that a receiver states for all of its velocities, if they are far better than that [m/s]; 0: none.
   double coarse_velocity_sigma = 0;
-  std::string left_out = {};  ///< why a configuration does not use the log; empty: it does
+  bool velocities_refuted = false;  ///< its velocities contradict its positions, and are not used
+  std::string left_out = {};        ///< why a configuration does not use the log; empty: it does
 
   bool is(LogKind kind) const { return guess && guess->kind == kind; }
   /// What `repair` did, in words.
