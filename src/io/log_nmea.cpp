@@ -444,9 +444,10 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
 }
 
 std::optional<GpsTime> first_time_nmea(const LogFile& log) {
-  const auto first = first_day(log);
+  const Dialect dialect = dialect_of(log);
+  const auto first = first_day(log, dialect);
   if (!first) return std::nullopt;
-  EpochReader epochs(log, *first);
+  EpochReader epochs(log, dialect, *first);
   for (;;) {
     try {
       if (!epochs.next()) return std::nullopt;
@@ -458,7 +459,8 @@ std::optional<GpsTime> first_time_nmea(const LogFile& log) {
 
 // HDT and THS have no time: it is that of the sentence before them that has one.
 FixRecording<HeadingFix> read_heading_nmea(const LogFile& log, double sigma) {
-  const auto first = first_day(log);
+  const Dialect dialect = dialect_of(log);
+  const auto first = first_day(log, dialect);
   if (!first) throw DataError(log.file + ":1", "no RMC or ZDA states the date; let the receiver write RMC beside HDT");
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
   FixRecording<HeadingFix> recording{log.file, {}};
@@ -468,17 +470,18 @@ FixRecording<HeadingFix> read_heading_nmea(const LogFile& log, double sigma) {
   bool taken = true;  // the heading of this time
   sys_days day = *first;
   while (reader.next()) {
-    const Contents contents = read_sentence(reader);
+    const Contents contents = read_sentence(reader, dialect);
     if (contents.opens_epoch && contents.time_of_day && contents.time_of_day != time_of_day) {
       time_of_day = contents.time_of_day;
       day = calendar.pass(*time_of_day, std::nullopt);
       taken = false;
     }
-    const auto body = nmea_body(reader.line());
+    const std::string_view sentence = sentence_in(reader.line());
+    const auto body = dialect.checked ? nmea_body(sentence) : std::optional(unchecked_body(sentence));
     const std::string_view name = body ? body->substr(0, body->find(',')) : "";
     if (taken || name.size() != 5 || (name.substr(2) != "HDT" && name.substr(2) != "THS")) continue;
     reader.split(*body);
-    const Sentence s(reader);
+    const Sentence s(reader, dialect);
     s.require_fields(2);
     if (s.text(1).empty() || s.text(2) == "V") continue;
     HeadingFix fix;
