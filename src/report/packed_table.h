@@ -68,7 +68,8 @@ class Envelope {
   std::vector<Signal> signals_;
 };
 
-/// A step that is at most a hundred-and-fiftieth of each sigma above zero, and not below `finest`, the last decimal of the files.
+/// A step that is at most a hundred-and-fiftieth of each sigma above zero, and not below `finest`, the last decimal of
+/// the files.
 double step_below(std::span<const double> sigmas, double finest);
 
 /// RFC 1951 (raw deflate) of some bytes.

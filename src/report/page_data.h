@@ -13,8 +13,8 @@ namespace piste::page {
 /// One curve of a chart. Names are those of columns of the chart's table.
 struct Curve {
   std::string label, value;
-  std::string sigma = "";           ///< half of the band; empty: no band
-  std::string low = "", high = "";  ///< the band, if not by a sigma
+  std::string sigma = {};           ///< half of the band; empty: no band
+  std::string low = {}, high = {};  ///< the band, if not by a sigma
 };
 
 /// The curve of a signal of an Envelope (packed_table.h), with its extremes as its band, if it has these.
@@ -40,7 +40,7 @@ struct Chart {
 /// Charts that fold as one.
 struct Group {
   std::string name, title;
-  std::string note = "";  ///< a sentence below the title
+  std::string note = {};  ///< a sentence below the title
   bool open = false;
 };
 

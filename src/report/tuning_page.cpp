@@ -10,6 +10,7 @@
 #include "piste/math/statistics.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
+#include "plot/svg_frame.h"
 #include "report/page.h"
 
 namespace piste {
