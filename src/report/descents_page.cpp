@@ -103,16 +103,17 @@ std::string descents_page(const DescentReport& report, const std::string& versio
   const std::string subtitle = fmt::format("piste {} · {} runs; the line is {}", escape_markup(version),
                                            report.runs.size(), escape_markup(report.how_line));
   return page::render(
-      "Descents", subtitle,
-      {{"lost", "Where time was lost", summary + section_table(report)},
-       {"gained", "Time gained along the line",
-        "<p class=\"soft\">Falling: time is being lost against the first run. Bands are ± 1 sigma.</p>\n" +
-            over_distance(report, "Time gained since the first gate", "[s]", &Crossing::gained, &Crossing::sigma_gained,
-                          1)},
-       {"speed", "Speed", over_distance(report, "Speed", "[m/s]", &Crossing::speed, nullptr, 0)},
-       {"offset", "Line",
-        over_distance(report, "Distance to the right of the line", "[m]", &Crossing::offset, nullptr, 0)},
-       {"plan", "Plan", plan_of_course(report)}});
+      {.title = "Descents",
+       .subtitle = subtitle,
+       .sections = {{"lost", "Where time was lost", summary + section_table(report)},
+                    {"gained", "Time gained along the line",
+                     "<p class=\"soft\">Falling: time is being lost against the first run. Bands are ± 1 sigma.</p>\n" +
+                         over_distance(report, "Time gained since the first gate", "[s]", &Crossing::gained,
+                                       &Crossing::sigma_gained, 1)},
+                    {"speed", "Speed", over_distance(report, "Speed", "[m/s]", &Crossing::speed, nullptr, 0)},
+                    {"offset", "Line",
+                     over_distance(report, "Distance to the right of the line", "[m]", &Crossing::offset, nullptr, 0)},
+                    {"plan", "Plan", plan_of_course(report)}}});
 }
 
 std::string descents_text(const DescentReport& report) {

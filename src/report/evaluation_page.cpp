@@ -159,7 +159,7 @@ std::string evaluation_page(const Evaluation& found, const std::string& version)
   add("position", "Position over time", errors_over_time(found, 0, "Position", "[m]", 1));
   add("velocity", "Velocity over time", errors_over_time(found, 3, "Velocity", "[m/s]", 1));
   add("attitude", "Attitude over time", errors_over_time(found, 6, "Attitude", "[deg]", kDegreesPerRadian));
-  return page::render("Evaluation", subtitle, sections);
+  return page::render({.title = "Evaluation", .subtitle = subtitle, .sections = std::move(sections)});
 }
 
 std::string evaluation_text(const Evaluation& found) {
