@@ -278,7 +278,7 @@ TEST_P(Smoother, NumbersOfTheErrorGoTogetherAsInTheDenseBatchSolution) {
   s.options.behaviour.rest.interval = 0.1;
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
   const StateLayout& layout = run.solution.layout();
-  const Batch batch(s, layout);
+  const Batch batch(s);
   std::vector<ErrorNumber> numbers;
   const std::vector<std::size_t> rows{0, 3, 3, 17, 18, 30, batch.size() - 1};
   for (const std::size_t row : rows) {
