@@ -19,7 +19,7 @@ void run(const AppArguments& arguments, Progress& progress) {
   }
   OutputFolder output(arguments.output);
   progress.start_work();
-  constexpr double kLooking = 0.8;  // of the work
+  constexpr double kLooking = 0.9;  // of the work
   Inspection found =
       inspect(arguments.inputs, [&](std::string_view stage, double part) { progress.go_on(stage, kLooking * part); });
   const std::string text = write_inspection(output, found, [&](double part) {

@@ -56,10 +56,10 @@ std::vector<ErrorNumber> numbers_of(const Descent& run, const std::vector<Crossi
     const Matrix3d R_wn = solution.world().rotation_wn(x.p_wb);
     const Vector3d along = R_wn * Vector3d(error.factor.y(), error.factor.x(), -error.factor.z()),
                    arm = x.R_wb() * run.point.lever_arm;
-    Eigen::VectorXd a = Eigen::VectorXd::Zero(replay.smoothable().solution.layout().size());
-    a.head<3>() = along;
-    a.segment<3>(full_offset(Block::kAttitude)) = arm.cross(along);
-    numbers.push_back({error.row, std::move(a)});
+    ErrorNumber number{.row = error.row};
+    number.a.head<3>() = along;
+    number.a.segment<3>(full_offset(Block::kAttitude)) = arm.cross(along);
+    numbers.push_back(number);
   }
   return numbers;
 }

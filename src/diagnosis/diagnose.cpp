@@ -88,16 +88,18 @@ std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& rec
   return fmt::format("{} is {:.1f} sigmas from its prior", jump.name, jump.sigmas);
 }
 
-// What causes are tried with, and where the motion ends in which they are: the first minutes, with sums of samples.
+// What causes are tried with, and where the motion ends in which they are: the first minutes. `thin`: with
+// sums of samples.
 struct Trial {
   Told told;
   double end;
 };
 
-Trial trial_of(const Log& log, const FilterOptions& options, const FoundStart& found) {
+Trial trial_of(const Log& log, const FilterOptions& options, const FoundStart& found, bool thin) {
   constexpr double kBeyond = 2;  // s: fixes that come late, and the neighbour of the last step
   const double departs = departure(log, found.start.time), end = departs + kLongest;
-  return {{thinned(first_part(log, end + kBeyond)), options, tried_from(log, options, found.start, departs)}, end};
+  Log part = first_part(log, end + kBeyond);
+  return {{thin ? thinned(part) : std::move(part), options, tried_from(log, options, found.start, departs)}, end};
 }
 
 // A run before noise was made to fit its innovations: the receiver's sigmas without these factors, the IMU as noisy as
@@ -116,7 +118,8 @@ Told as_first_told(Told told, std::size_t receiver, const SigmaScales& scales) {
 
 std::optional<std::string> find_sway(const Log& log, const FilterOptions& options, const FoundStart& found,
                                      const std::vector<SigmaScales>& scales) {
-  const auto [told, end] = trial_of(log, options, found);
+  // With all samples: a trembling antenna is as fast as they are.
+  const auto [told, end] = trial_of(log, options, found, false);
   const Told held = with_held_delays(told, filter_again(told.log, told.options, told.start, end));
   const Evidence base = filter_again(held.log, held.options, held.start, end);
   Granted best{};
@@ -147,7 +150,7 @@ Diagnosis diagnosed(const Log& log, const FilterOptions& options, const InitialH
   if (filtered.empty()) return diagnosis;
   add_heading_jump(heading, filtered, smoothed, verdict);
   if (!doubtful(verdict, log, filtered)) return diagnosis;
-  const Trial trial = trial_of(log, options, found);
+  const Trial trial = trial_of(log, options, found, true);
   const Told& told = trial.told;
   const double end = trial.end;
   const Evidence base = filter_again(told.log, told.options, told.start, end);

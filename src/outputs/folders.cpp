@@ -83,8 +83,11 @@ std::string write_inspection(OutputFolder& output, Inspection& found, const Prog
       output.write(kSensorFile, sensor_text(guess_sensor(now)));
       return read_replay_config(Config::parse(*ready_config(now, folder.string(), sensor), folder / kReplayFile));
     };
-    take_causes(found, configured, progress);
+    constexpr double kCauses = 0.5, kWithheld = 0.7;  // of the work
+    take_causes(found, configured, part_of(progress, 0, kCauses));
+    if (progress) progress(kCauses);
     widen_by_withheld(found, configured);
+    if (progress) progress(kWithheld);
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
     config = ready_config(found, folder.string(), kSensorFile);
     const auto [wrong, sway] = own_replay(*ready_config(found, folder.string(), sensor), folder);

@@ -34,7 +34,8 @@ void go_back(const FilterRun& run, const std::vector<ErrorNumber>& numbers, bool
                                                     [](std::size_t r, const ErrorNumber& n) { return r < n.row; }) -
                                    numbers.begin());
       for (; i > 0 && numbers[i - 1].row == row; --i) {
-        const Eigen::VectorXd& a = numbers[i - 1].a;
+        Eigen::VectorXd a = Eigen::VectorXd::Zero(smoothed.rows());
+        a.head<9>() = numbers[i - 1].a;
         take(i - 1, a.dot(smoothed * a),
              [&] { return Eigen::VectorXd(backward.lagged_numbers(whole->P).transpose() * a); });
         if (trace) backward.trace(*whole, a);

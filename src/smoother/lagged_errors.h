@@ -8,10 +8,10 @@
 
 namespace piste {
 
-/// One number of the error at an epoch: a · e, with the error of the layout's blocks as in Estimate.
+/// One number of the navigation error at an epoch: a · (ρ, ν, θ), as in Estimate.
 struct ErrorNumber {
   std::size_t row = 0;
-  Eigen::VectorXd a;
+  Eigen::Matrix<double, 9, 1> a = Eigen::Matrix<double, 9, 1>::Zero();
 };
 
 /// E[x_i x_j] of such numbers x, given all measurements: for each i of `early` (ascending) a row with all j ≥ i, and 0

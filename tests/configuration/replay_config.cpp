@@ -106,7 +106,7 @@ TEST_F(ReplayConfigTest, RatesOfTheFiles) {
   EXPECT_EQ(rates.biases, 0);
   EXPECT_TRUE(contains(refused(kImu + kGnss + "output: {rate: 5}\n"), "run.yaml:7: rate"));
   EXPECT_TRUE(contains(refused(kImu + kGnss + "output: {biases: 0 Hz}\n"), "or `imu` for every epoch"));
-  EXPECT_TRUE(contains(refused(kImu + kGnss + "output: {covariance: full}\n"), "choose none"));
+  EXPECT_TRUE(contains(refused(kImu + kGnss + "output: {covariance: half}\n"), "none of: none, full"));
 }
 
 TEST_F(ReplayConfigTest, TheWholeContract) {

@@ -277,20 +277,23 @@ TEST_P(Smoother, NumbersOfTheErrorGoTogetherAsInTheDenseBatchSolution) {
   SyntheticRun s = test::synthetic_run(0.5, GetParam());
   s.options.behaviour.rest.interval = 0.1;
   const FilterRun run = run_filter(s.log, s.options, s.start, Keep::kHistory);
-  const StateLayout& layout = run.solution.layout();
   const Batch batch(s);
+  const auto whole = [&](const ErrorNumber& number) {
+    VectorXd a = VectorXd::Zero(filter_layout(s.options).size());
+    a.head<9>() = number.a;
+    return a;
+  };
   std::vector<ErrorNumber> numbers;
   const std::vector<std::size_t> rows{0, 3, 3, 17, 18, 30, batch.size() - 1};
   for (const std::size_t row : rows) {
-    VectorXd a = VectorXd::Zero(layout.size());
-    a.head<3>() = Vector3d(1, 0.1 * static_cast<double>(numbers.size()), -0.3);
-    numbers.push_back({row, a});
+    numbers.push_back({.row = row});
+    numbers.back().a.head<3>() = Vector3d(1, 0.1 * static_cast<double>(numbers.size()), -0.3);
   }
   const std::vector<std::size_t> early{0, 1, 3, 4};
   const MatrixXd is = lagged_covariances(run, numbers, early);
   const std::vector<double> alone = variances(run, numbers);
   const auto expected = [&](std::size_t i, std::size_t j) {
-    return batch.covariance(numbers[i].row, numbers[i].a, numbers[j].row, numbers[j].a);
+    return batch.covariance(numbers[i].row, whole(numbers[i]), numbers[j].row, whole(numbers[j]));
   };
   for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_NEAR(alone[i], expected(i, i), 1e-6 * expected(i, i));
   double weakest = 1;

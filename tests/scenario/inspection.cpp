@@ -186,7 +186,7 @@ std::vector<Seeded> seeded() {
        [](Logs& l, RandomStream& random) {
          l.imu.rows[1000 + pick(random, 5000)][kAccel] = std::numeric_limits<double>::quiet_NaN();
        }},
-      {"TimeBack", LogFault::kTimeBack,
+      {"TimeBack", LogFault::kClockJump,
        [](Logs& l, RandomStream& random) {
          const std::size_t from = 1000 + pick(random, 5000);
          for (std::size_t i = from; i < l.imu.rows.size(); ++i) l.imu.rows[i][kTime] -= 0.5;
@@ -312,7 +312,7 @@ TEST_F(Inspected, SentencesWithoutSigmasAreGivenSome) {
       return fmt::format("{:0{}.0f}{:010.7f}", std::floor(degrees), width, 60 * (degrees - std::floor(degrees)));
     };
     const std::string place = angle(row[kLatitude], 2) + ",N," + angle(row[kLongitude], 3) + ",E";
-    text += nmea(fmt::format("GNRMC,{},A,{},0.0,,080125,,,A", clock, place));
+    text += nmea(fmt::format("GNRMC,{},A,{},,,080125,,,A", clock, place));
     text += nmea(fmt::format("GNGGA,{},{},1,9,1.0,{:.4f},M,50.0,M,,", clock, place, row[kLongitude + 1] - 50));
   }
   const std::string file = folder.write("gnss.nmea", text);
