@@ -116,10 +116,10 @@ std::string utc_text(const GpsTime& time) {
 }
 
 double unix_time(const GpsTime& time) {
-  const std::int64_t since = microseconds(time);
+  const std::int64_t since = microseconds(time), seconds = since / kMicro;
   const auto [leap, within] = leap_seconds(since);
   constexpr std::int64_t kGpsInUnix = 315'964'800;
-  return static_cast<double>(kGpsInUnix - leap) + static_cast<double>(since / kMicro) +
+  return static_cast<double>(kGpsInUnix - leap + seconds) +
          static_cast<double>(since % kMicro) / static_cast<double>(kMicro);
 }
 
