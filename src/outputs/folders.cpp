@@ -91,6 +91,13 @@ std::string write_inspection(OutputFolder& output, Inspection& found, const Prog
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
     config = ready_config(found, folder.string(), kSensorFile);
     const auto [wrong, sway] = own_replay(*ready_config(found, folder.string(), sensor), folder);
+    for (const InspectedLog& log : found.logs) {
+      if (!log.calibration || !log.calibration->sway) continue;
+      found.suspicions.push_back(
+          {LogFault::kAntennaSways, log.log.file,
+           fmt::format("its antenna moves on the body, by some {:.2g} cm", 100 * log.calibration->sway->sigma.x()),
+           "`lever_arm_sway` in the configuration states it; check whether it can move"});
+    }
     if (!sway.empty()) {
       found.suspicions.push_back(
           {LogFault::kAntennaSways, kReplayFile, sway,

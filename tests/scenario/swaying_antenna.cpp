@@ -155,9 +155,10 @@ TEST(SwayingAntenna, IsNamedByInspect) {
         {folder.write("imu.csv", imu_csv(recording.imu)), folder.write("gnss.csv", gnss_csv(recording.gnss[0]))});
     OutputFolder output(folder / "found");
     write_inspection(output, found);
-    const bool named = std::ranges::any_of(
-        found.suspicions, [](const Suspicion& s) { return s.what.find("lever_arm_sway") != std::string::npos; });
+    const bool named =
+        std::ranges::any_of(found.suspicions, [](const Suspicion& s) { return s.fault == LogFault::kAntennaSways; });
     std::string all;
+    for (const InspectedRound& round : found.rounds) all += round.verdict + ", then taken: " + round.taken + '\n';
     for (const Suspicion& s : found.suspicions) all += s.what + '\n';
     EXPECT_EQ(named, amplitude > 0) << all;
   }
