@@ -18,6 +18,7 @@ std::vector<Event> events_of(const EventSource& source, std::optional<int> week,
   double first = marks.front().time;
   for (const Mark& mark : marks) first = std::min(first, mark.time);
   std::vector<Event> events;
+  events.reserve(marks.size());
   for (const Mark& mark : marks) {
     events.push_back({mark.name, mark.time - source.offset - source.drift * (mark.time - first) + source.delay});
   }
@@ -41,6 +42,7 @@ void write_events(OutputFolder& output, const Replay& run, const ReplayConfig& c
     const OutputPoint* point = config.output.point(source.at);
     const std::vector<Event> events = events_of(source, week, run.log.imu.front().time);
     std::vector<double> times;
+    times.reserve(events.size());
     for (const Event& event : events) times.push_back(event.time);
     const std::vector<PlacedState> states = states_at(run, times, source.marks.file);
     std::string rows;

@@ -63,7 +63,7 @@ std::pair<Update, FaultDetection::Ruling> KalmanFilter::test(int source, double 
 
 // K = P Hᵀ S⁻¹        δ = K z        P ← (I − K H) P        considered.h has what considered states change of it.
 ErrorVector KalmanFilter::update(const Update& u) {
-  const ErrorVector correction = considered_.correction(u);
+  ErrorVector correction = considered_.correction(u);
   considered_.update(state_.P, u);
   return correction;
 }

@@ -130,9 +130,10 @@ PosHeader usual_header(const TextReader& reader) {
   header.names = {"Q", "ns", "sdn(m)", "sde(m)", "sdu(m)", "sdne(m)", "sdeu(m)", "sdun(m)", "age(s)", "ratio"};
   const std::size_t fields = reader.fields().size(), plain = header.fields();
   constexpr std::size_t kWithVelocities = 9;
-  if (fields == plain + kWithVelocities)
+  if (fields == plain + kWithVelocities) {
     header.names.insert(header.names.end(),
                         {"vn(m/s)", "ve(m/s)", "vu(m/s)", "sdvn", "sdve", "sdvu", "sdvne", "sdveu", "sdvun"});
+  }
   if (fields != header.fields()) {
     refuse(reader, fmt::format("no header line before the first fix, and {} fields, not {} as RTKLIB writes them; set "
                                "out-outhead=on in RTKLIB",

@@ -127,6 +127,7 @@ std::vector<Mark> marks_of_photographs(const std::string& file, const RunTime& r
     photographs.emplace_back(file);
   }
   std::vector<Mark> marks;
+  marks.reserve(photographs.size());
   for (const fs::path& photograph : photographs) {
     marks.push_back({photograph.filename().string(), run.dated(exif_time(photograph.string()), photograph.string())});
   }

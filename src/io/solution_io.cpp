@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "io/csv.h"
 #include "io/row_rate.h"
@@ -39,7 +40,7 @@ struct BiasRow {
 // The columns of RowExtras.
 class ExtraColumns {
  public:
-  ExtraColumns(const RowExtras& extras) : extras_(extras) {}
+  ExtraColumns(RowExtras extras) : extras_(std::move(extras)) {}
   std::vector<CsvColumn> extras() const;
   void fill(const World& world, double time, const Navigation& n, const Estimate* x, std::span<double> row);
   bool needs_estimate() const { return extras_.needs_log(); }

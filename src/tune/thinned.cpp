@@ -98,7 +98,7 @@ double median_interval(const Samples& samples) {
 }
 
 std::size_t best_size(const Samples& samples) {
-  const auto most = static_cast<std::size_t>(kLongestGroup / median_interval(samples) + 0.5);
+  const auto most = static_cast<std::size_t>(std::lround(kLongestGroup / median_interval(samples)));
   std::size_t best = 1;
   double least = roughness(samples, 1);
   for (std::size_t size = 2; size <= most; ++size) {
