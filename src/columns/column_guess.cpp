@@ -478,11 +478,12 @@ class Guesser {
       const bool barometric = table_.columns[c].has_any({"baro", "barometer", "barometric"}) &&
                               table_.columns[c].has_any({"height", "alt", "altitude"});
       const bool height = meanings_[c].key == "height" || meanings_[c].key == "sea height";
-      if (barometric || (height && !is_of_place(c) && this->height() != c))
+      if (barometric || (height && !is_of_place(c) && this->height() != c)) {
         doubts_.push_back(
             fmt::format("{}: a barometer's height, it seems, and left aside; `barometer:` takes it from a "
                         "file of its own",
                         table_.name_of(c)));
+      }
     }
   }
 
