@@ -80,7 +80,7 @@ constexpr std::size_t kFewestWindows = 3;
 
 // Variance of the white error of a position with these stated sigmas.
 Vector3d white_variance(const std::optional<PositionDrift>& slow, const Vector3d& stated) {
-  const Vector3d total = stated.cwiseAbs2();
+  Vector3d total = stated.cwiseAbs2();
   if (!slow) return total;
   if (slow->of_stated) return total.cwiseProduct(Vector3d::Ones() - slow->sigma.cwiseAbs2());
   constexpr double kLeastWhite = 0.1;  // of the sigma (model/gnss.h)
