@@ -210,7 +210,7 @@ CourseLine line_of(const std::vector<Descent>& runs, const std::vector<CoursePat
     throw ConfigError("--line",
                       fmt::format("`{}` is no run; the runs are: {}; or mean", name, fmt::join(report.runs, ", ")));
   }
-  const CourseLine base(paths[mean_line ? 0 : static_cast<std::size_t>(named - runs.begin())].position);
+  CourseLine base(paths[mean_line ? 0 : static_cast<std::size_t>(named - runs.begin())].position);
   report.how_line = fmt::format("the path of {}", name);
   if (!mean_line) return base;
   // At each metre of the first run's path the mean of the places where all runs cross its normal plane.
@@ -344,10 +344,12 @@ DescentReport compare_descents(const std::vector<Descent>& runs, const std::vect
                                const DescentOptions& options) {
   check_runs(runs);
   DescentReport report;
+  report.runs.reserve(runs.size());
   for (const Descent& run : runs) report.runs.push_back(run.name);
   const Geodetic& origin = runs.front().track.place.front();
   const EnuFrame frame(origin);
   std::vector<CoursePath> paths;
+  paths.reserve(runs.size());
   for (const Descent& run : runs) paths.push_back(path_of(run, frame));
   const CourseLine line = line_of(runs, paths, options, report);
   const std::vector<PlacedGate> placed = placed_gates(gates, line, frame, origin.height);

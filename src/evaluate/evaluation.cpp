@@ -133,7 +133,10 @@ ErrorRow errors_of(const FramedRow& a, const FramedRow& b, double course, const 
   if (has.attitude) {
     const Vector3d euler_a = to_euler((Quaterniond(R_nf) * a.attitude).normalized()),
                    euler_b = to_euler((Quaterniond(R_nf) * b.attitude).normalized());
-    for (int i = 0; i < 3; ++i) row.error[static_cast<std::size_t>(6 + i)] = wrapped(euler_a[i] - euler_b[i]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      row.error[6 + i] = wrapped(euler_a[axis] - euler_b[axis]);
+    }
     row.angle = angle_of(b.attitude.conjugate() * a.attitude);
   }
   for (int i = 0; i < 3; ++i) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "evaluate/path.h"
 #include "exports/formats.h"
@@ -92,6 +93,7 @@ std::string_view name_of(ExportFormat format) { return writer_of(format).name; }
 
 std::string export_format_names() {
   std::vector<std::string_view> names;
+  names.reserve(std::size(kWriters));
   for (const Writer& writer : kWriters) names.push_back(writer.name);
   return fmt::format("{}", fmt::join(names, ", "));
 }

@@ -63,7 +63,7 @@ std::vector<ExportedFile> numpy(const ExportRun& run) {
     const std::string name = run.table.names[column] + ".npy", content = npy(run.table, column),
                       shared = entry(name, content);
     const auto place = static_cast<std::uint32_t>(archive.size());
-    archive += "PK\x03\x04" + shared + name + content;
+    archive.append("PK\x03\x04").append(shared).append(name).append(content);
     directory += "PK\x01\x02";
     append_number(directory, std::uint16_t{20});
     directory += shared;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "io/text_reader.h"
 #include "piste/core/error.h"
@@ -110,6 +111,7 @@ std::string_view name_of(TrajectoryFormat format) { return reader_of(format).nam
 
 std::string trajectory_format_names() {
   std::vector<std::string_view> names;
+  names.reserve(std::size(kReaders));
   for (const Reader& reader : kReaders) names.push_back(reader.name);
   return fmt::format("{}", fmt::join(names, ", "));
 }
