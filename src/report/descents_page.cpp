@@ -25,12 +25,14 @@ std::string most_text(const DescentReport& report, std::size_t r) {
   const Crossing& end = report.gates.back().runs[r];
   std::string text = fmt::format("{} {} {} s on {} in all", report.runs[r], end.gained < 0 ? "lost" : "gained",
                                  gained_text(std::abs(end.gained), end.sigma_gained).substr(1), report.runs[0]);
-  if (worst.gained[r] < 0)
+  if (worst.gained[r] < 0) {
     text += fmt::format("; most was lost from {} to {}: {} s", worst.from, worst.to,
                         gained_text(-worst.gained[r], worst.sigma[r]).substr(1));
-  if (best.gained[r] > 0)
+  }
+  if (best.gained[r] > 0) {
     text += fmt::format("; most was gained from {} to {}: {} s", best.from, best.to,
                         gained_text(best.gained[r], best.sigma[r]).substr(1));
+  }
   return text + ".";
 }
 

@@ -46,9 +46,10 @@ std::string statistics_table(const Evaluation& found) {
       continue;
     }
     rows.push_back(statistics_row(fmt::format("over {}, {} pairs [m]", r.step.name(), r.pairs), *r.distance, 1));
-    if (r.rotation)
+    if (r.rotation) {
       rows.push_back(
           statistics_row(fmt::format("over {}, rotation [deg]", r.step.name()), *r.rotation, kDegreesPerRadian));
+    }
   }
   return table("Errors", {"", "RMSE", "mean", "median", "std", "least", "most"}, rows) +
          table("Horizontal errors", {"share", "within [m]"},
