@@ -38,8 +38,9 @@ struct JudgedLog {
 class NoiseSearch {
  public:
   /// The values of `centre` are those about which the prior is. `thorough`: whether climb() goes on until nothing is
-  /// gained, with all samples; else it is with sums of them (thinned.h). `jobs` runs at a time; the result does not depend on it. `fitted`: what the likelihood counts. `ran`: is
-  /// called after each run with the number of runs so far, by one thread at a time.
+  /// gained, with all samples; else it is with sums of them (thinned.h). `jobs` runs at a time; the result does not
+  /// depend on it. `fitted`: what the likelihood counts. `ran`: is called after each run with the number of runs so
+  /// far, by one thread at a time.
   NoiseSearch(const Log& log, FilterOptions options, Start start, NoiseModel centre, bool thorough, std::size_t jobs,
               Stretches fitted = {}, std::function<void(std::size_t)> ran = {});
 

@@ -14,8 +14,8 @@
 
 namespace piste {
 
-/// `inspection.txt`, `inspection.json` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for a
-/// replay. The replay is run for the first hour, and the configuration takes the causes that its verdict finds
+/// `inspection.txt`, `inspection.json` and `inspection.html`; `replay.yaml` and `sensor.yaml`, if the logs suffice for
+/// a replay. The replay is run for the first hour, and the configuration takes the causes that its verdict finds
 /// (search/rounds.h). If the last verdict is negative, it becomes the first suspicion of `found` and the first comment
 /// of `replay.yaml`. Returns the text. `progress` is called with the part of this work that is done.
 std::string write_inspection(OutputFolder& output, Inspection& found, const ProgressCallback& progress = {});
