@@ -92,7 +92,7 @@ Trajectory read_kitti(const std::string& file) {
     require_fields(reader, 12, "the 12 of KITTI, three rows of [R p],");
     Eigen::Matrix<double, 3, 4> pose;
     for (std::size_t i = 0; i < 12; ++i) pose(static_cast<long>(i / 4), static_cast<long>(i % 4)) = reader.number(i);
-    track.position.push_back(pose.col(3));
+    track.position.emplace_back(pose.col(3));
     track.attitude.push_back(rotation(reader, pose.leftCols<3>()));
   }
   track.time = kitti_times(file);
@@ -117,7 +117,8 @@ Trajectory read_euroc(const std::string& file) {
     if (is_comment(reader)) continue;
     require_fields(reader, 8, "the 8 of EuRoC, t [ns], x, y, z, qw, qx, qy, qz,");
     const auto [whole, rest] = reader.parts(0);
-    const double time = static_cast<double>(whole / kSecond) + kNano * (static_cast<double>(whole % kSecond) + rest);
+    const auto seconds = whole / kSecond, left = whole % kSecond;
+    const double time = static_cast<double>(seconds) + kNano * (static_cast<double>(left) + rest);
     track.time.push_back(increasing.later(time, reader));
     track.position.push_back(vector_at(reader, 1));
     track.attitude.push_back(unit(reader, reader.number(4), reader.number(5), reader.number(6), reader.number(7)));

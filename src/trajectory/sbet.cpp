@@ -59,9 +59,9 @@ void add_accuracies(Trajectory& track, const std::filesystem::path& file) {
 bool is_sbet(const FileStart& start) {
   constexpr std::size_t kRow = 8 * kSbetDoubles;
   if (start.size < kRow || start.size % kRow != 0) return false;
-  const double time = log_formats::number_at<double>(start.text, 0),
-               latitude = log_formats::number_at<double>(start.text, 8),
-               longitude = log_formats::number_at<double>(start.text, 16);
+  const auto time = log_formats::number_at<double>(start.text, 0),
+             latitude = log_formats::number_at<double>(start.text, 8),
+             longitude = log_formats::number_at<double>(start.text, 16);
   return std::abs(time) < 1e10 && std::abs(latitude) <= kDegree * 90 && std::abs(longitude) <= kDegree * 360;
 }
 

@@ -86,7 +86,7 @@ std::filesystem::path file_of(const TrajectoryFile& from) {
     }
   }
   if (from.at.empty()) return file;
-  const std::filesystem::path point =
+  std::filesystem::path point =
       file.parent_path() / fmt::format("{}_{}{}", file.stem().string(), from.at, file.extension().string());
   if (!std::filesystem::exists(point)) {
     throw DataError(point.string(), fmt::format("is not there; state the point `{0}` in the replay's configuration: "
