@@ -215,7 +215,14 @@ void widen(TriadErrors& triad, double factor) {
 void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured,
                  const ProgressCallback& progress) {
   found.rounds.clear();
-  std::optional<Judged> now = judged(configured(found));
+  const auto replayed = [&]() -> std::optional<Judged> {
+    try {
+      return judged(configured(found));
+    } catch (const Error&) {  // logs in memory have no file yet
+      return std::nullopt;
+    }
+  };
+  std::optional<Judged> now = replayed();
   if (!now) return;
   found.rounds.push_back({.verdict = verdict_line(now->diagnosis.verdict)});
   while (found.rounds.size() < kReplays) {
@@ -225,7 +232,7 @@ void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspe
     std::optional<Judged> better;
     for (std::size_t i = 0; i < std::min(kMostTried, causes.size()) && !better; ++i) {
       if (!apply(causes[i], now->config, found)) continue;
-      better = judged(configured(found));
+      better = replayed();
       if (better && better->likelihood - now->likelihood > least) {
         found.rounds.back().taken = causes[i].text;
         found.rounds.back().gain = better->likelihood - now->likelihood;
