@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "model/gnss_white.h"
 #include "model/imu_error_model.h"
 #include "model/recent_steps.h"
 
@@ -63,22 +64,7 @@ void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
 // A slow error of unit variance in m, along n.
 Matrix3d slow_factor(const GnssFix& fix) { return fix.slow_level.asDiagonal() * fix.position_factor(); }
 
-// A square root of the covariance of the white part of a position, along n: the total less the slow part. After an
-// increase of the stated sigmas the slow part has not grown yet, and the white part is larger.
-Matrix3d white_factor(const GnssFix& fix, const std::optional<PositionDrift>& drift) {
-  if (!drift) return fix.position_factor();
-  const auto rest = [](const Vector3d& share) { return (1 - share.array().square()).matrix().eval(); };
-  if (drift->of_stated) {
-    const Vector3d usual = rest(drift->sigma), now = rest(drift->sigma.cwiseProduct(fix.slow_level));
-    const Vector3d larger = now.cwiseQuotient(usual).cwiseMax(1).cwiseSqrt();
-    return larger.asDiagonal() * fix.position_factor() * usual.cwiseSqrt().asDiagonal();
-  }
-  constexpr double kLeast = 0.01;  // of the variance: a drift in m may be as large as the sigma of a fix
-  const Vector3d share = drift->sigma.cwiseQuotient(fix.sigma_position);
-  return rest(share).cwiseMax(kLeast).cwiseSqrt().asDiagonal() * fix.position_factor();
-}
-
-// The same for an antenna that moves on the body: its displacement adds to the lever arm. Its speed is white noise of a
+// Of an antenna that moves on the body, likewise: its displacement adds to the lever arm. Its speed is white noise of a
 // velocity: the mean over the correlation time τ has a variance of 2 (1 − 1/e) σ²/τ².
 Linearization swaying(Linearization lin, const GnssOptions& receiver, int sensor) {
   if (!receiver.lever_arm_sway) return lin;
@@ -92,6 +78,19 @@ Linearization swaying(Linearization lin, const GnssOptions& receiver, int sensor
 }
 
 }  // namespace
+
+Matrix3d white_factor(const GnssFix& fix, const std::optional<PositionDrift>& drift) {
+  if (!drift) return fix.position_factor();
+  const auto rest = [](const Vector3d& share) { return (1 - share.array().square()).matrix().eval(); };
+  if (drift->of_stated) {
+    const Vector3d usual = rest(drift->sigma), now = rest(drift->sigma.cwiseProduct(fix.slow_level));
+    const Vector3d larger = now.cwiseQuotient(usual).cwiseMax(1).cwiseSqrt();
+    return larger.asDiagonal() * fix.position_factor() * usual.cwiseSqrt().asDiagonal();
+  }
+  constexpr double kLeast = 0.01;  // of the variance: a drift in m may be as large as the sigma of a fix
+  const Vector3d share = drift->sigma.cwiseQuotient(fix.sigma_position);
+  return rest(share).cwiseMax(kLeast).cwiseSqrt().asDiagonal() * fix.position_factor();
+}
 
 Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drift, int receiver, const Estimate& x) {
   if (!drift) return Vector3d::Zero();

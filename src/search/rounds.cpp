@@ -10,6 +10,7 @@
 
 #include "core/time_search.h"
 #include "math/words.h"
+#include "model/gnss_white.h"
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 #include "piste/diagnosis/diagnose.h"
@@ -78,13 +79,9 @@ constexpr double kSettled = 20, kWindow = 10, kEvery = 20;  // s: after the star
 constexpr double kUnfelt = 1e3;                             // m: 1-sigma of a fix that a run does not feel
 constexpr std::size_t kFewestWindows = 3;
 
-// Variance of the white error of a position with these stated sigmas.
-Vector3d white_variance(const std::optional<PositionDrift>& slow, const Vector3d& stated) {
-  Vector3d total = stated.cwiseAbs2();
-  if (!slow) return total;
-  if (slow->of_stated) return total.cwiseProduct(Vector3d::Ones() - slow->sigma.cwiseAbs2());
-  constexpr double kLeastWhite = 0.1;  // of the sigma (model/gnss.h)
-  return (total - slow->sigma.cwiseAbs2()).cwiseMax(kLeastWhite * kLeastWhite * total);
+// Variances of the white error of a position, north, east, down.
+Vector3d white_variance(const GnssFix& fix, const std::optional<PositionDrift>& slow) {
+  return white_factor(fix, slow).rowwise().squaredNorm();
 }
 
 // The errors at the ends of windows without fixes of the first receiver, by their sigmas.
@@ -103,9 +100,10 @@ struct Withheld {
 Withheld withheld(ReplayConfig config) {
   Ready r = ready(std::move(config));
   std::vector<GnssFix>& fixes = r.log.gnss.front();
+  const std::optional<PositionDrift> slow = r.options.filter.gnss.front().drift;
   const Replay used = replay(r.log, r.options);
   const double first = used.found.start.time + kSettled, last = used.log.imu.back().time;
-  std::map<double, Vector3d> ends;  // the last fix in each window that a run would use, and what it states
+  std::map<double, Vector3d> ends;  // the last fix in each window that a run would use: by how much its variance grew
   std::vector<Interval> windows;
   for (double start = first; start + kWindow < last; start += kEvery) {
     const Interval window{start, start + kWindow};
@@ -118,7 +116,7 @@ Withheld withheld(ReplayConfig config) {
     }
     if (still || end == nullptr || end->time + end->late < window.end - kWindow / 4) continue;
     const auto fix = first_at_or_after(fixes, end->time + end->late - kSameInstant);
-    ends[fix->time] = fix->sigma_position;
+    ends[fix->time] = -white_variance(*fix, slow);
     windows.push_back(window);
   }
   for (const Interval& window : windows) {
@@ -129,10 +127,10 @@ Withheld withheld(ReplayConfig config) {
         fix.sigma_position.setConstant(kUnfelt);
         fix.correlation.setZero();
         fix.velocity.reset();
+        if (&receiver == &fixes && ends.contains(fix.time)) ends[fix.time] += white_variance(fix, slow);
       }
     }
   }
-  const std::optional<PositionDrift>& slow = r.options.filter.gnss.front().drift;
   const Replay run = replay(std::move(r.log), r.options);
   Withheld found;
   double sum = 0;
@@ -140,8 +138,7 @@ Withheld withheld(ReplayConfig config) {
     if (run.filtered.solution.sources[static_cast<std::size_t>(v.source)] != "gnss[0].position") continue;
     const auto end = ends.lower_bound(v.time + v.late - kSameInstant);
     if (end == ends.end() || end->first > v.time + v.late + kSameInstant) continue;
-    const Vector3d variance =
-        v.sigma.cwiseAbs2() - white_variance(slow, Vector3d::Constant(kUnfelt)) + white_variance(slow, end->second);
+    const Vector3d variance = v.sigma.cwiseAbs2() - end->second;
     sum += v.residual.cwiseAbs2().cwiseQuotient(variance).sum();
     ++found.windows;
   }
