@@ -24,6 +24,8 @@
 namespace piste {
 namespace {
 
+using Configured = std::function<ReplayConfig(const Inspection&)>;
+
 constexpr std::size_t kReplays = 5, kMostTried = 3;  // of the causes of a round
 
 double likelihood_of(const Log& log, const Solution& run) {
@@ -59,10 +61,10 @@ struct Judged {
   double likelihood = 0;
 };
 
-// Nothing where no replay runs.
-std::optional<Judged> judged(ReplayConfig config) {
+// Nothing where no replay runs: for want of a start, say, or as logs in memory have no file yet.
+std::optional<Judged> judged(const Inspection& found, const Configured& configured) {
   try {
-    Ready r = ready(std::move(config));
+    Ready r = ready(configured(found));
     const Replay run = replay(std::move(r.log), r.options);
     const Solution& filtered = run.filtered.solution;
     if (filtered.empty()) return std::nullopt;
@@ -212,14 +214,7 @@ void widen(TriadErrors& triad, double factor) {
 void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured,
                  const ProgressCallback& progress) {
   found.rounds.clear();
-  const auto replayed = [&]() -> std::optional<Judged> {
-    try {
-      return judged(configured(found));
-    } catch (const Error&) {  // logs in memory have no file yet
-      return std::nullopt;
-    }
-  };
-  std::optional<Judged> now = replayed();
+  std::optional<Judged> now = judged(found, configured);
   if (!now) return;
   found.rounds.push_back({.verdict = verdict_line(now->diagnosis.verdict)});
   while (found.rounds.size() < kReplays) {
@@ -229,7 +224,7 @@ void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspe
     std::optional<Judged> better;
     for (std::size_t i = 0; i < std::min(kMostTried, causes.size()) && !better; ++i) {
       if (!apply(causes[i], now->config, found)) continue;
-      better = replayed();
+      better = judged(found, configured);
       if (better && better->likelihood - now->likelihood > least) {
         found.rounds.back().taken = causes[i].text;
         found.rounds.back().gain = better->likelihood - now->likelihood;
@@ -248,6 +243,7 @@ void take_causes(Inspection& found, const std::function<ReplayConfig(const Inspe
 void widen_by_withheld(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured) {
   constexpr int kMost = 3;  // times that it is widened
   if (found.calibration() == nullptr || found.rounds.empty()) return;
+  const Calibrations as_found = calibrations_of(found);
   try {
     Withheld now = withheld(configured(found));
     double whole = 1;
@@ -282,10 +278,11 @@ void widen_by_withheld(Inspection& found, const std::function<ReplayConfig(const
                    : std::string("no noise of the IMU explains that; look for the cause: axes, lever arm, clock")});
     if (whole > 1) {
       found.rounds.back().taken = fmt::format("{}: noise and drift of the IMU times {}", shown, plain(whole, 2));
-      if (const auto last = judged(configured(found)))
+      if (const auto last = judged(found, configured))
         found.rounds.push_back({.verdict = verdict_line(last->diagnosis.verdict)});
     }
   } catch (const Error&) {  // no replay runs
+    set_calibrations(found, as_found);
   }
 }
 

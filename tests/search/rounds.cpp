@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "piste/configuration/sensor_file.h"
+#include "piste/core/error.h"
 #include "piste/io/config.h"
 #include "piste/search/inspect.h"
 #include "support/places.h"
@@ -57,28 +58,35 @@ TEST_F(Rounds, TheConfigurationTakesWhatItsVerdictFinds) {
   EXPECT_LT(std::abs(std::log(calibration(found).sigma_scales.velocity / right)), std::log(1.5));
 }
 
-// An IMU said to be far too good: as each fix corrects what it does, the innovations hardly show it.
+// An IMU said to be far too good: as each fix corrects what it does, the innovations hardly show it. With and without a
+// slow error of the receiver.
 TEST_F(Rounds, WhatIsTooSureWithoutFixesIsWidened) {
-  Inspection found = shipped();
-  ASSERT_TRUE(found.calibration() != nullptr);
-  ImuSensor& sensor = calibration(found).sensor;
-  const ImuSensor right = sensor;
-  for (TriadErrors* triad : {&sensor.gyro, &sensor.accel}) {
-    triad->noise /= 20;
-    triad->drift.sigma /= 20;
+  for (const double share : {0.0, 0.6}) {
+    Inspection found = shipped();
+    ASSERT_TRUE(found.calibration() != nullptr);
+    if (share > 0) calibration(found).drift = PositionDrift::of_share(Vector3d::Constant(share), kSlowTime);
+    ImuSensor& sensor = calibration(found).sensor;
+    const ImuSensor right = sensor;
+    for (TriadErrors* triad : {&sensor.gyro, &sensor.accel}) {
+      triad->noise /= 20;
+      triad->drift.sigma /= 20;
+    }
+    found.rounds = {{.verdict = "sigmas hold"}};
+    widen_by_withheld(found, [this](const Inspection& now) { return configured(now); });
+    ASSERT_EQ(found.rounds.size(), 2u) << share;
+    EXPECT_TRUE(contains(found.rounds.front().taken, "noise and drift of the IMU times")) << found.rounds.front().taken;
+    EXPECT_EQ(found.suspicions.front().fault, LogFault::kDoesNotHold);
+    EXPECT_GT(sensor.accel.noise, 3 * right.accel.noise / 20) << share;
   }
-  found.rounds = {{.verdict = "sigmas hold"}};
-  widen_by_withheld(found, [this](const Inspection& now) { return configured(now); });
-  ASSERT_EQ(found.rounds.size(), 2u);
-  EXPECT_TRUE(contains(found.rounds.front().taken, "noise and drift of the IMU times")) << found.rounds.front().taken;
-  EXPECT_EQ(found.suspicions.front().fault, LogFault::kDoesNotHold);
-  EXPECT_GT(sensor.accel.noise, 3 * right.accel.noise / 20);
 }
 
 TEST_F(Rounds, NothingChangesWhereNoReplayRuns) {
   Inspection found;
   found.rounds.push_back({.verdict = "of an earlier call"});
   take_causes(found, [](const Inspection&) { return ReplayConfig{}; });
+  EXPECT_TRUE(found.rounds.empty());
+  found.rounds.push_back({.verdict = "of an earlier call"});
+  take_causes(found, [](const Inspection&) -> ReplayConfig { throw ConfigError("a.csv", "there is no file"); });
   EXPECT_TRUE(found.rounds.empty());
 }
 
