@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view kHowToReadTuning =
     R"(<p>The <strong>likelihood</strong> of the innovations is that of what the receivers and the reference measured, given the noise
-that the filter is told. <code>tune</code> seeks the noise for which it is largest, together with a prior about what was stated.</p>
+that is stated. <code>tune</code> seeks the noise for which it is largest, together with a prior about what was stated.</p>
 <p>The <strong>interval</strong> holds a number with 95 %, by likelihood and prior together. A number is <strong>determined</strong> if
 the data halve the prior's sigma at least and the interval is within a factor of 3; the others stay near what was stated.</p>
 <p><strong>NIS</strong> of each source should be 1 within its error: then the sigmas of its innovations are true.</p>
@@ -62,7 +62,7 @@ std::string numbers(const Tuning& tuning) {
     rows.push_back({n.name, n.unit.empty() ? "factor" : n.unit, plain(n.start), plain(n.value),
                     fmt::format("{} to {}", plain(n.low), plain(n.high)), n.determined ? "yes" : "no"});
   }
-  return page::wide(page::table("", {"number", "unit", "before", "likeliest", "95 %", "determined"}, rows));
+  return page::wide(page::table("", {"number", "unit", "before", "estimate", "95 %", "determined"}, rows));
 }
 
 std::string sources(const Tuning& tuning) {
@@ -96,7 +96,7 @@ std::string tuning_page(const Tuning& tuning, const std::string& title, const st
                         const std::string& version) {
   return page::render(
       {.title = title,
-       .subtitle = fmt::format("piste {} · likeliest noise of a run in motion", escape_markup(version)),
+       .subtitle = fmt::format("piste {} · maximum-likelihood noise of a run in motion", escape_markup(version)),
        .head = head(tuning),
        .sections = {{"numbers", "Numbers", intervals(tuning) + numbers(tuning)},
                     {"sources", "Innovations with them", sources(tuning)},
