@@ -142,7 +142,7 @@ TEST(PageData, BytesBecomeText) {
   EXPECT_EQ(page::base64("fo"), "Zm8=");
   EXPECT_EQ(page::base64("foobar"), "Zm9vYmFy");
   std::string bytes;
-  for (int i = 0; i < 100'000; ++i) bytes += static_cast<char>(i * i % 251);
+  for (unsigned i = 0; i < 100'000; ++i) bytes += static_cast<char>(i * i % 251);
   EXPECT_EQ(inflated(page::deflated(bytes), bytes.size() + 1), bytes);
 }
 
