@@ -56,8 +56,10 @@ std::vector<GeodeticFix> used_fixes(const GnssRecording& receiver, const Interva
 }
 
 GnssFix in_world(const World& world, const GeodeticFix& fix) {
-  GnssFix result{fix.time,      world.from_geodetic(fix.position), fix.sigma_position, fix.velocity, fix.correlation,
-                 fix.slow_level};
+  GnssFix result{fix.time,           world.from_geodetic(fix.position),
+                 fix.sigma_position, fix.velocity,
+                 fix.correlation,    fix.slow_level,
+                 fix.slow_change};
   if (result.velocity) result.velocity->value = world.rotation_wn(result.position) * fix.velocity->value;
   return result;
 }
@@ -106,7 +108,9 @@ void condition_gnss(const Recording& recording, const Interval& imu, const Condi
     SlowLevel level;
     for (const GeodeticFix& fix : fixes) {
       out.push_back(in_world(log.world, fix));
-      if (fix.slow_level.isZero(0)) out.back().slow_level = level.next(fix.time, fix.sigma_position);
+      if (!fix.slow_level.isZero(0)) continue;
+      out.back().slow_level = level.next(fix.time, fix.sigma_position);
+      out.back().slow_change = level.take_change();
     }
     log.counts.gnss_contradicted.push_back(widen_first_fixes(out, options.behaviour.trust, log.world));
     log.counts.gnss_ramps.push_back(exclude_ramp_faults(out, options.behaviour.trust, log.world));

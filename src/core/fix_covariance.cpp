@@ -1,6 +1,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "piste/core/log.h"
 
@@ -20,14 +21,37 @@ Correlation correlations(const Matrix3d& covariance) {
 
 Vector3d SlowLevel::next(double time, const Vector3d& sigma) {
   constexpr double kMinute = 60;  // s: half of τ
+  constexpr double kRecent = 5;   // s: fixes of a receiver of 1 Hz scatter; the largest of five is no chance
   const Vector3d stated = sigma.cwiseAbs2();
+  const auto logarithm = [](const Vector3d& variance) { return Vector3d(0.5 * variance.array().log()); };
   if (variance_.isZero(0)) {
-    variance_ = stated;
-  } else {
-    variance_ += (1 - std::exp(-std::max(0.0, time - time_) / kMinute)) * (stated - variance_);
+    variance_ = recent_ = before_ = stated;
+    trend_ = logarithm(stated);
+    time_ = since_ = time;
+    return Vector3d::Ones();
+  }
+  const double dt = std::max(0.0, time - time_), part = 1 - std::exp(-dt / kMinute);
+  if (time - since_ > kRecent) {
+    before_ = time - since_ > 2 * kRecent ? stated : recent_;
+    recent_ = stated;
+    since_ = time;
+  }
+  recent_ = recent_.cwiseMax(stated);
+  const Vector3d last = variance_;
+  variance_ = (variance_ + part * (stated - variance_)).cwiseMin(recent_.cwiseMax(before_));
+  if (variance_ != last || !(trend_ - logarithm(variance_)).isZero(0)) {
+    const Vector3d now = logarithm(variance_), off = now - trend_;
+    change_ += (now - logarithm(last)).cwiseAbs2() + dt / kMinute * off.cwiseAbs2();
+    trend_ += part * off;
   }
   time_ = time;
   return variance_.cwiseQuotient(stated).cwiseSqrt();
+}
+
+Vector3d SlowLevel::take_change() {
+  constexpr double kPiece = 1e-3;
+  if (change_.maxCoeff() < kPiece) return Vector3d::Zero();
+  return std::exchange(change_, Vector3d::Zero());
 }
 
 Matrix3d GnssFix::position_factor() const {

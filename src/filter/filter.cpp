@@ -180,6 +180,22 @@ ErrorVector KalmanFilter::inflate(const Linearization& lin, double lapse) {
   return state_.P.diagonal() - before;
 }
 
+// Returns the variances that it adds: at most up to what is known of such an error beforehand. `change`: relative to
+// that (SlowLevel).
+std::optional<ErrorVector> KalmanFilter::change_slow_error(int receiver, const Vector3d& change) {
+  const std::optional<PositionDrift>& drift = options().gnss[static_cast<std::size_t>(receiver)].drift;
+  if (!drift || !drift->of_stated) return std::nullopt;
+  const Block block = position_drift_block(receiver, true);
+  if (!layout().has(block)) return std::nullopt;
+  ErrorVector added = ErrorVector::Zero(layout().size());
+  auto variance = state_.P.diagonal().segment<3>(layout().offset(block));
+  const Vector3d prior = drift->sigma.cwiseAbs2();
+  const Vector3d more = prior.cwiseProduct(change).cwiseMin(prior - variance).cwiseMax(0);
+  variance += more;
+  added.segment<3>(layout().offset(block)) = more;
+  return added;
+}
+
 // Removes information from the scales, and returns the update that does so.
 std::optional<Update> KalmanFilter::take_information(const Vector3d& information, Block scales) {
   if (!layout().has(scales)) return std::nullopt;

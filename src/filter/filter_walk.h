@@ -94,6 +94,9 @@ class FilterWalk {
                                  .late = place.time - now.time});
       return false;
     }
+    if constexpr (requires { fix.slow_change; }) {
+      if (place.channel == 0) change_slow_error(place.sensor, fix.slow_change);
+    }
     const Walker& walker = f_.walker_;
     const double elapsed = walker.elapsed(now.time);
     const FixDelay delay = Type::delay(f_.options(), f_.layout(), place.sensor, place.channel, now.x, elapsed);
@@ -148,6 +151,13 @@ class FilterWalk {
     Linearization between = *Type::linearize(fix, place.sensor, place.channel, context, now.x, &after);
     between.covariance *= learned;
     return between;
+  }
+
+  // The slow error of a receiver, in units of its size, after that has changed.
+  void change_slow_error(int receiver, const Vector3d& change) {
+    if (change.isZero(0)) return;
+    if (const std::optional<ErrorVector> added = f_.change_slow_error(receiver, change))
+      recorder_.add_inflation(*added);
   }
 
   // Tests a fix, and uses it unless it is excluded. Returns whether it was used.

@@ -86,6 +86,7 @@ class KalmanFilter {
   ErrorVector leave_reference();
 
   ErrorVector inflate(const Linearization& lin, double lapse);
+  std::optional<ErrorVector> change_slow_error(int receiver, const Vector3d& change);
   std::optional<Update> take_information(const Vector3d& information, Block scales);
   void find_delays() { walker_.find_delays(state_.time, state_.x); }
   double variance_of(const FixDelay& delay) const;

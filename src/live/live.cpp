@@ -92,7 +92,9 @@ class Live::Session {
     }
     const auto later = [](double t, const GeodeticFix& f) { return t < f.time; };
     const auto place = fixes.insert(std::upper_bound(fixes.begin(), fixes.end(), fix.time, later), fix);
-    place->slow_level = levels_[static_cast<std::size_t>(receiver)].next(fix.time, fix.sigma_position);
+    SlowLevel& level = levels_[static_cast<std::size_t>(receiver)];
+    place->slow_level = level.next(fix.time, fix.sigma_position);
+    place->slow_change = level.take_change();
     if (fix.time <= given_.at(static_cast<std::size_t>(receiver))) ++late_;
     if (!world_) world_ = World(fix.position);
   }

@@ -74,5 +74,41 @@ TEST(SlowLevel, FollowsWhatIsStated) {
   EXPECT_NEAR(level.next(time + 1, 3 * one).x(), 1, 1e-6);
 }
 
+// What is stated falls by 40: within ten seconds the size is what was stated then, and the error may have changed.
+TEST(SlowLevel, BelievesAReceiverThatHasBecomeSure) {
+  SlowLevel level;
+  const Vector3d one = Vector3d::Ones();
+  double time = 0;
+  for (; time < 100; time += 1) level.next(time, one);
+  EXPECT_EQ(level.take_change(), Vector3d::Zero()) << "nothing has changed";
+  Vector3d size = one;
+  double change = 0;
+  for (const double end = time + 11; time < end; time += 1) {
+    size = one / 40 * level.next(time, one / 40).x();
+    change += level.take_change().x();
+  }
+  EXPECT_NEAR(size.x(), 1.0 / 40, 1e-12);
+  EXPECT_GT(change, std::pow(std::log(40), 2));
+}
+
+// Sigmas that scatter by a third from fix to fix change the size by little: less than a tenth of its variance in a
+// minute.
+TEST(SlowLevel, ScatterIsNoChange) {
+  SlowLevel level;
+  const double sigmas[] = {0.8, 1.2, 1.0, 0.7, 1.3};
+  double change = 0, least = 1, most = 1;
+  for (int k = 0; k < 660; ++k) {
+    const double sigma = sigmas[k * k % 5];
+    const double size = sigma * level.next(k, Vector3d::Constant(sigma)).x();
+    const double added = level.take_change().x();
+    if (k < 60) continue;
+    change += added;
+    least = std::min(least, size);
+    most = std::max(most, size);
+  }
+  EXPECT_LT(change / 10, 0.1);
+  EXPECT_LT(most / least, 1.2);
+}
+
 }  // namespace
 }  // namespace piste

@@ -87,20 +87,36 @@ struct GeodeticFix {
   std::optional<FixVelocity> velocity;
   FixQuality quality = FixQuality::kUnknown;
   Correlation correlation = Correlation::Zero();
-  Vector3d slow_level = Vector3d::Zero();  ///< as GnssFix has it; 0: not yet known
+  Vector3d slow_level = Vector3d::Zero();   ///< as GnssFix has it; 0: not yet known
+  Vector3d slow_change = Vector3d::Zero();  ///< as GnssFix has it
 };
 
-/// The size of a slow error of a receiver whose sigmas change. That of a first-order Gauss-Markov process follows its
+/// The size σ̄ of a slow error of a receiver whose sigmas change. That of a first-order Gauss-Markov process follows its
 /// white noise with a delay: d/dt σ̄² = (σ² − σ̄²) 2/τ, here with τ of two minutes. A state in units of σ itself would
-/// leap where a stated accuracy is rounded differently. The filter would take such leaps for information on the error.
+/// leap where a stated accuracy is rounded differently. It is no larger than what was stated in the last seconds, so
+/// that a receiver that has just been switched on, or that fixes its ambiguities, is believed.
+///
+/// Whether the error follows its size is not known: a filter would otherwise take each change of σ̄ for information on
+/// the error. So the state may change by as much. The variance of that, relative to the one of the state, is
+///
+///     (Δ ln σ̄)² + d² Δt/T,   d = ln σ̄ − m,   d/dt m = d/T,   T = τ/2,
+///
+/// the square of each leap, and of a lasting trend over each T.
 class SlowLevel {
  public:
   /// σ̄/σ of the next fix, in the order of time; 1 for the first one.
   Vector3d next(double time, const Vector3d& sigma);
+  /// The variance by which a state in units of σ̄ may have changed since it was asked for last, relative to that of the
+  /// state. It is told in pieces of a thousandth, so that constant sigmas cost nothing.
+  Vector3d take_change();
 
  private:
-  double time_ = 0;
-  Vector3d variance_ = Vector3d::Zero();
+  double time_ = 0, since_ = 0;           ///< since_: the seconds in which `recent_` is the largest
+  Vector3d variance_ = Vector3d::Zero();  ///< σ̄²
+  Vector3d recent_ = Vector3d::Zero();    ///< largest σ² since then
+  Vector3d before_ = Vector3d::Zero();    ///< and in the seconds before
+  Vector3d trend_ = Vector3d::Zero();     ///< m
+  Vector3d change_ = Vector3d::Zero();
 };
 
 /// Factors of the sigmas that a receiver states.
@@ -225,7 +241,8 @@ struct GnssFix {
   /// Size of its slow error (PositionDrift) relative to its sigmas: the sigmas stated over the last minute, divided by
   /// those of this fix (SlowLevel).
   Vector3d slow_level = Vector3d::Ones();
-  bool runs_away = false;  ///< its position is that of a ramp fault, and is not used
+  Vector3d slow_change = Vector3d::Zero();  ///< variance by which that error may have changed (SlowLevel)
+  bool runs_away = false;                   ///< its position is that of a ramp fault, and is not used
 
   /// L with L Lᵀ = the covariance of the position along the local level [m]: lower triangular, the sigmas on the
   /// diagonal where axes are not correlated.
