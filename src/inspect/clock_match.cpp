@@ -273,6 +273,11 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   return match;
 }
 
+double clock_sigma(double of_match, const GnssHealth& health) {
+  constexpr double kTurnsEarly = 0.01, kBetweenFixes = 0.06;  // s; parts of the interval between fixes
+  return std::hypot(of_match, kTurnsEarly, kBetweenFixes * health.sampling.interval);
+}
+
 namespace {
 
 // Regresses the turn rates of the track on what `value` makes of the IMU's integrals over the same time.

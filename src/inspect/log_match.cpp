@@ -47,13 +47,10 @@ namespace {
 // Estimates clock, axes and units with this track.
 void compare(LogMatch& m, const ImuIntegral& integral, const Track& track, const GnssHealth& health,
              const std::vector<Interval>& rest) {
-  // A body turns somewhat before or after its track, and the track between two fixes is unknown. Over simulated runs
-  // with skis and bicycles the offset was wrong by 0.012 s with ten fixes a second, by 0.03 to 0.06 s with one.
-  constexpr double kTurnsEarly = 0.01, kBetweenFixes = 0.06;  // s; parts of the interval between fixes
   m.clock = match_clocks(integral, track);
   if (health.sampling.interval > kSparseFixes) {
     if (m.clock && !m.clock->certain) m.clock.reset();
-    if (m.clock) m.clock->sigma = std::hypot(m.clock->sigma, kTurnsEarly, kBetweenFixes * health.sampling.interval);
+    if (m.clock) m.clock->sigma = clock_sigma(m.clock->sigma, health);
     return;
   }
   const auto compare_motion = [&] {
@@ -83,7 +80,7 @@ void compare(LogMatch& m, const ImuIntegral& integral, const Track& track, const
     m.clock->offset += m.motion->clock_rest;
     m.clock->sigma = m.motion->sigma_clock;
   }
-  if (m.clock) m.clock->sigma = std::hypot(m.clock->sigma, kTurnsEarly, kBetweenFixes * health.sampling.interval);
+  if (m.clock) m.clock->sigma = clock_sigma(m.clock->sigma, health);
 }
 
 // The comparison with latitude and longitude interchanged, if the labels fit that far better.

@@ -10,6 +10,7 @@
 
 #include "core/receiver_class.h"
 #include "core/recording.h"
+#include "inspect/clock_leaps.h"
 #include "inspect/tilt_rate.h"
 #include "io/left_out_rows.h"
 #include "piste/core/error.h"
@@ -243,6 +244,16 @@ void take_out_steps(InspectedLog& l) {
   l.imu = read_imu(l.log, &l.faults);
 }
 
+Suspicion step_of_clock(const ClockStep& step, const std::string& file) {
+  const std::string shown = step.step < 0 ? "and goes on evenly: a step of the clock, no disorder of rows"
+                                          : "where the fixes go on: a step of the clock, no missing rows";
+  return {LogFault::kClockJump, file,
+          fmt::format("its clock was set {} by {:.6g} s behind t = {:.6f} s, {}", step.step < 0 ? "back" : "forward",
+                      std::abs(step.step), step.time, shown),
+          fmt::format("`clock: {{steps: [[{:.6f} s, {:.6g} s]]}}` takes it out, as the configuration does", step.time,
+                      step.step)};
+}
+
 // Stamps are judged as logged; all else is examined with the stamps that replay will use.
 void read_body(InspectedLog& l) {
   l.log.even_stamps = false;
@@ -316,6 +327,26 @@ void judge_rests(Inspection& inspection) {
   body.imu_health = judged;
 }
 
+void take_out_leaps(Inspection& inspection) {
+  const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
+  if (!imu || !gnss || inspection.imu_clock() != nullptr) return;
+  InspectedLog& body = inspection.logs[*imu];
+  const InspectedLog& receiver = inspection.logs[*gnss];
+  if (!body.imu_health || !receiver.gnss_health || !body.log.clock_steps.empty() || !body.log.accel_file.empty())
+    return;
+  const auto leaps = clock_leaps(body.imu, body.imu_health->sampling.gaps, receiver.gnss, *receiver.gnss_health);
+  if (leaps.empty()) return;
+  body.log.clock_steps = leaps;
+  read_once_more(body, body.imu, read_imu);
+  body.imu_health = imu_health(body.imu);
+  const auto is_gap = [&](const Suspicion& s) { return s.fault == LogFault::kGaps && s.file == body.log.file; };
+  std::erase_if(inspection.suspicions, is_gap);
+  for (const ClockStep& step : leaps) inspection.suspicions.push_back(step_of_clock(step, body.log.file));
+  for (Suspicion& s : suspicions(*body.imu_health, {}, body.log.file)) {
+    if (is_gap(s)) inspection.suspicions.push_back(std::move(s));
+  }
+}
+
 void examine(InspectedLog& l, std::vector<Suspicion>& found) {
   constexpr double kFastestGnss = 100, kSlowestGnss = 0.02, kFastestAttitude = 2000, kSlowestAttitude = 0.02;  // Hz
   if (!l.guess) return;
@@ -336,15 +367,7 @@ void examine(InspectedLog& l, std::vector<Suspicion>& found) {
     l.guess.reset();
     return;
   }
-  for (const ClockStep& step : l.log.clock_steps) {
-    found.push_back(
-        {LogFault::kClockJump, file,
-         fmt::format("its clock was set back by {:.6g} s behind t = {:.6f} s, and goes on evenly: a step of the "
-                     "clock, no disorder of rows",
-                     -step.step, step.time),
-         fmt::format("`clock: {{steps: [[{:.6f} s, {:.6g} s]]}}` takes it out, as the configuration does", step.time,
-                     step.step)});
-  }
+  for (const ClockStep& step : l.log.clock_steps) found.push_back(step_of_clock(step, file));
   if (l.gnss.not_used > 0 && l.guess->kind == LogKind::kGnss) {
     found.push_back({LogFault::kNoFix, file,
                      fmt::format("{} fixes beside {} are dead-reckoned: the receiver carried its last fix on",
