@@ -16,8 +16,13 @@ void FilterOptions::validate() const {
     if (!good) throw ConfigError("", what);
   };
   behaviour.validate();
-  require(StateLayout(estimate).size() <= kMostStates,
-          fmt::format("estimate: a run has {} states at most", kMostStates));
+  std::vector<Block> states = estimate;
+  for (const Block b : imu_error_blocks(sensor)) {
+    if (!estimates(b)) states.push_back(b);
+  }
+  require(
+      StateLayout(states).size() <= kMostStates,
+      fmt::format("estimate: a run has {} states at most, with the errors that the sensor file states", kMostStates));
   require(sensor.gyro.noise > 0 && sensor.accel.noise > 0, "noise of the IMU must be above zero");
   require(!adapt || (adapt->within > 1 && adapt->time > 0 && adapt->imu_time > 0),
           "adapt: `within` must be above 1, `time` and `imu_time` above zero");

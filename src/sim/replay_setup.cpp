@@ -82,8 +82,7 @@ std::vector<Block> read_blocks(const Config& config, const Scenario& scenario, c
   for (const std::size_t i : setup.attitude) {
     filter.attitude.push_back({.name = scenario.attitude[i].name, .drift = scenario.attitude[i].drift});
   }
-  std::vector<Block> usual = {Block::kGyroBias,   Block::kAccelBias, Block::kGyroDrift,
-                              Block::kAccelDrift, Block::kGyroScale, Block::kAccelScale};
+  std::vector<Block> usual = imu_error_blocks(filter.sensor);
   if (!setup.attitude.empty()) usual.push_back(Block::kBoresight);
   filter.estimate = read_estimate(config, filter, std::move(usual));
   try {

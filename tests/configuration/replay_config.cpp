@@ -90,6 +90,23 @@ TEST_F(ReplayConfigTest, SlowErrorsOfReceivers) {
   }
 }
 
+// What a sensor file states of cross-axis errors is estimated if it is named, and else considered
+// (filter/considered.h).
+TEST_F(ReplayConfigTest, CrossAxisErrorsAreEstimatedIfNamed) {
+  folder.write("skewed.yaml",
+               "name: test\n"
+               "gyro: {noise: 0.05 deg/s/sqrt(Hz), bias: 0.5 deg/s, cross_axis: 3000 ppm, g_sensitivity: 0.1 deg/s/g}\n"
+               "accel: {noise: 200 ug/sqrt(Hz), bias: 0.05 m/s^2, cross_axis: 3000 ppm}\n");
+  const std::string imu = "imu: {file: imu.csv, sensor: skewed.yaml}\n";
+  const ReplayConfig silent = read(imu + kGnss + "estimate: [gyro_bias]\n");
+  EXPECT_EQ(silent.filter.estimate, std::vector{Block::kGyroBias});
+  const ReplayConfig named = read(imu + kGnss + "estimate: [gyro_cross_axis, accel_cross_axis, gyro_g_sensitivity]\n");
+  EXPECT_EQ(named.filter.estimate,
+            (std::vector{Block::kGyroCrossAxis, Block::kAccelCrossAxis, Block::kGyroGSensitivity}));
+  const ReplayConfig square = read(kImu + kGnss + "estimate: [gyro_bias, gyro_cross_axis]\n");
+  EXPECT_EQ(square.filter.estimate, std::vector{Block::kGyroBias}) << "a file that is silent states none";
+}
+
 TEST_F(ReplayConfigTest, RateOfTheAttitudeThatIsWritten) {
   EXPECT_EQ(read(kImu + kGnss).rates.attitude, 10);
   EXPECT_EQ(read(kImu + kGnss + "attitude_output: {rate: 25 Hz}\n").rates.attitude, 25);
