@@ -18,8 +18,8 @@
 namespace piste {
 namespace {
 
-constexpr double kTuned = 900;   // s of motion that noise is sought in
-constexpr double kMuchMore = 2;  // times the motion that was searched before: less is not searched again
+constexpr double kTuned = 900;      // s of motion that noise is sought in
+constexpr double kMuchMore = 1.25;  // times the motion that was searched before: less is not searched again
 constexpr int kMostRounds = 10;
 // Of the fixes, the share that may be refused: ten times what the gate refuses where the sigmas are right. Where most
 // of the log has told the noise, it has seen the worst sky, and long tails are no reason for larger sigmas of all the

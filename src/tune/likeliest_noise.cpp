@@ -70,7 +70,8 @@ NoiseModel expected(const NoiseFound& found, const std::vector<LogInterval>& int
   NoiseModel model = found.best.model;
   for (std::size_t k = 0; k < found.knobs.size(); ++k) {
     const NoiseKnob& knob = found.knobs[k];
-    if (!knob.name.ends_with(".noise")) continue;
+    const bool of_imu = knob.name.starts_with("gyro.") || knob.name.starts_with("accel.");
+    if (!of_imu || !(knob.name.ends_with(".noise") || knob.name.ends_with(".sigma"))) continue;
     const double sigma = intervals[k].reach() / normal_quantile(0.975);
     double& value = knob.at(model);
     value = std::clamp(value * std::min(std::exp(sigma * sigma), kMost), knob.least, knob.most);

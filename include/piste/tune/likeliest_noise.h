@@ -74,9 +74,9 @@ struct NoiseAtRest {
 /// The result. In both models the total error of positions is what a receiver states at least (tune/stated_errors.h).
 struct Tuning {
   NoiseModel noise;
-  /// The same with the mean of the variance of each white noise of the IMU where the likeliest one is its mode:
-  /// σ exp(s²), s the 1-sigma of ln σ, twice as much at most, and no more than the samples leave room for. What is
-  /// hardly told is not too quiet with it.
+  /// The same with the mean of the variance of each white noise and drift of the IMU where the likeliest one is its
+  /// mode: σ exp(s²), s the 1-sigma of ln σ, twice as much at most, and no more than the samples leave room for. What
+  /// is hardly told is not too quiet with it.
   NoiseModel expected;
   std::vector<TunedNoise> numbers;
   double likelihood_at_start = 0, likelihood = 0;  ///< without the prior
