@@ -118,6 +118,7 @@
 #include "piste/report/kml.h"
 #include "piste/report/tuning_page.h"
 #include "piste/search/inspect.h"
+#include "piste/search/readings.h"
 #include "piste/search/rounds.h"
 #include "piste/search/tune.h"
 #include "piste/sim/campaign.h"

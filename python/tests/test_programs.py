@@ -185,6 +185,7 @@ def test_inspect_takes_frames(imu, gnss, tmp_path):
     frames = [imu.to_pandas(), gnss.to_pandas().rename(columns={"latitude_deg": "Lat", "longitude_deg": "Lon"})]
     inspection = piste.inspect(*frames, output=tmp_path / "found", progress=lambda *now: told.append(now))
     assert "table_1.csv: IMU" in str(inspection) and "table_2.csv: GNSS" in str(inspection)
+    assert json.loads((tmp_path / "found/inspection.json").read_text())["rounds"], "its loop is closed as that of files"
     run = piste.replay(tmp_path / "found/replay.yaml", judged=False)
     assert run.summary["imu"]["epochs"] > 20000
     np.testing.assert_array_equal(piste.read(tmp_path / "found/table_1.csv")["gyro_x_rad_s"], imu["gyro_x_rad_s"])

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "clock_match.h"
@@ -40,26 +41,29 @@ std::vector<ClockStep> clock_leaps(const ImuRecording& imu, const std::vector<In
   // Quantiles of the normal distribution: a gap is taken for a step once in a million times, a step for a gap once in
   // a thousand.
   const double leaps = normal_quantile(1 - 1e-6 / 2), same = normal_quantile(1 - 1e-3 / 2);
-  constexpr double kNear = 1;  // s beside the two offsets that are compared
-  std::vector<ClockStep> steps;
+  constexpr double kNear = 1;        // s beside the two offsets that are compared
+  constexpr std::size_t kOften = 8;  // no clock is set so often in a log: that loses rows
   const Track track(gnss, health);
+  std::vector<ClockStep> steps;
   if (gaps.empty() || track.empty()) return steps;
+  const double interval = ImuIntegral(imu).interval(), least = leaps * std::sqrt(2) * clock_sigma(0, health);
+  std::vector<Interval> wide;  // those that the motion could tell
+  std::ranges::copy_if(gaps, std::back_inserter(wide),
+                       [&](const Interval& gap) { return gap.end - gap.start - interval > least; });
+  if (wide.size() > kOften) return steps;
   double since = imu.time.front();
-  for (std::size_t k = 0; k < gaps.size(); ++k) {
-    const double until = k + 1 < gaps.size() ? gaps[k + 1].start : imu.time.back();
-    const double step = gaps[k].end - gaps[k].start - ImuIntegral(imu).interval();
-    const auto before = offset_in(part_of(imu, since, gaps[k].start), track, health, std::nullopt);
-    const double from = gaps[k].end;
-    if (before) {
-      const Interval within{before->offset - kNear, before->offset + step + kNear};
-      const auto behind = offset_in(part_of(imu, from, until), track, health, within);
-      const double sigma = behind ? std::hypot(before->sigma, behind->sigma) : 0;
-      const double change = behind ? behind->offset - before->offset : 0;
-      if (behind && change > leaps * sigma && std::abs(change - step) < same * sigma) {
-        steps.push_back({gaps[k].start, step});
-        since = from;
-      }
-    }
+  for (std::size_t k = 0; k < wide.size(); ++k) {
+    const double until = k + 1 < wide.size() ? wide[k + 1].start : imu.time.back();
+    const double step = wide[k].end - wide[k].start - interval;
+    const auto before = offset_in(part_of(imu, since, wide[k].start), track, health, std::nullopt);
+    if (!before) continue;
+    const Interval within{before->offset - kNear, before->offset + step + kNear};
+    const auto behind = offset_in(part_of(imu, wide[k].end, until), track, health, within);
+    if (!behind) continue;
+    const double sigma = std::hypot(before->sigma, behind->sigma), change = behind->offset - before->offset;
+    if (change <= leaps * sigma || std::abs(change - step) >= same * sigma) continue;
+    steps.push_back({wide[k].start, step});
+    since = wide[k].end;
   }
   return steps;
 }

@@ -209,6 +209,13 @@ std::string as_likely(const MotionMatch& motion) {
                      fmt::join(motion.as_likely, ", "));
 }
 
+// A comment on a key whose value the logs do not tell; empty where they do.
+std::string doubt_text(const Inspection& inspection, const std::string& key) {
+  const auto doubt = std::ranges::find(inspection.doubts, key, &InspectedDoubt::key);
+  if (doubt == inspection.doubts.end()) return {};
+  return fmt::format("# The logs do not tell {}: {}.\n", doubt->what, doubt->readings_text());
+}
+
 }  // namespace
 
 std::optional<std::size_t> Inspection::first(LogKind kind) const {
@@ -256,6 +263,17 @@ const Calibration* Inspection::calibration() const {
   const auto gnss = first(LogKind::kGnss);
   if (!gnss || !logs[*gnss].calibration || !logs[*gnss].calibration->fits()) return nullptr;
   return &*logs[*gnss].calibration;
+}
+
+std::string InspectedDoubt::readings_text() const {
+  std::vector<std::string> texts;
+  texts.reserve(readings.size());
+  for (const InspectedReading& reading : readings) {
+    const double more = reading.ln_p - readings.front().ln_p;
+    texts.push_back(&reading == &readings.front() ? fmt::format("`{}`", reading.keys)
+                                                  : fmt::format("`{}` (ln p {:+.1f})", reading.keys, more));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
 }
 
 void rank(std::vector<Suspicion>& suspicions) {
@@ -306,17 +324,25 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
   } else if (match != nullptr && match->clock &&
              std::abs(match->clock->offset) > std::max(kKnownClock, 5 * match->clock->sigma))
     imu.clock_offset = match->clock->offset;
-  // The filter's estimate replaces another one only if it is significant, or more accurate than the match of the
-  // motions.
+  // The filter's estimate replaces that of the match of the motions if it is more accurate. Clocks as logged, or as a
+  // log states them, are no coincidence: another offset or drift has to gain ln 1 + 3 in likelihood over them.
   if (const Calibration* found = inspection.calibration()) {
+    imu.instantaneous = found->instantaneous;
     const bool known = inspection.imu_clock() != nullptr;
-    const double apart = std::abs(found->clock_offset - imu.clock_offset);
-    const bool matched = imu.clock_offset != 0 && match != nullptr && match->clock;
+    const bool matched = !known && imu.clock_offset != 0 && match != nullptr && match->clock;
     const double sure = matched ? std::max(kSureClock, match->clock->sigma) : kSureClock;
-    if (known ? apart > 3 * found->clock_sigma : found->clock_sigma < sure) {
+    const double sigmas = std::sqrt(2 * 3.0);
+    const bool gains = std::abs(found->clock_offset - imu.clock_offset) > sigmas * found->clock_sigma ||
+                       (found->clock_drift_sigma > 0 &&
+                        std::abs(found->clock_drift - imu.clock_drift) > sigmas * found->clock_drift_sigma);
+    if ((known || found->clock_sigma < sure) && (matched || gains)) {
       imu.clock_offset = found->clock_offset;
       imu.clock_drift = found->clock_drift;
     }
+  }
+  if (inspection.axes) {
+    imu.R_bs = *inspection.axes;
+    return imu;
   }
   if (match != nullptr && match->motion && !match->motion->mirrored) {
     imu.R_bs = match->motion->R_bs;
@@ -423,9 +449,14 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   const bool from_motion = match != nullptr && match->motion && !match->motion->mirrored;
   std::string text = fmt::format(
       "# Made by inspect from the logs alone. Measure what is marked so, and give the sensor file your data sheet.\n"
-      "imu:\n  {}  sensor: {}\n  axes: {}                # {}\n  sampling: mean                # or instant\n",
-      file_keys(inspection.logs[*first], folder, "  "), sensor_file, axes_text(imu.R_bs),
-      from_motion ? as_likely(*match->motion) : "down as gravity has it; forward and right are to be checked");
+      "{}{}imu:\n  {}  sensor: {}\n  axes: {}                # {}\n  sampling: {}\n",
+      doubt_text(inspection, "gyro"), doubt_text(inspection, "axes"), file_keys(inspection.logs[*first], folder, "  "),
+      sensor_file, axes_text(imu.R_bs),
+      inspection.axes ? "as a replay of the whole log has them"
+      : from_motion   ? as_likely(*match->motion)
+                      : "down as gravity has it; forward and right are to be checked",
+      imu.instantaneous ? "instant             # likelier than means over the intervals"
+                        : "mean                # or instant");
   const Calibration* found = inspection.calibration();
   const std::string steps = steps_text(inspection.logs[*first].log.clock_steps);
   const std::string behind = steps.empty() ? "" : ", " + steps;
@@ -504,6 +535,7 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
                          fmt::format("usual of a {} receiver", usual.name));
       if (has_own_factors(log)) text += scales_of_qualities(log, 1);
     }
+    text += doubt_text(inspection, "use");
     text += fmt::format("    use: position{}\n", uses_velocities(log) ? " velocity"
                                                  : log.gnss_health->velocities > 0
                                                      ? "                 # its velocities contradict them"
@@ -545,8 +577,9 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
   const bool delayed = found == nullptr || inspection.imu_clock() == nullptr;
   const bool drifts = delayed && found != nullptr && found->clock_drift_sigma > 0;
   text += fmt::format(
-      "initial: {{heading: auto}}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, "
-      "accel_scale, lever_arm{}{}{}{}{}]\npriors: {}\nsmoother: rts\n",
+      "initial: {{{}\nestimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale, "
+      "gyro_cross_axis, accel_cross_axis, gyro_g_sensitivity, lever_arm{}{}{}{}{}]\npriors: {}\nsmoother: rts\n",
+      inspection.any_heading ? "heading: 0 deg, sigma: 104 deg}   # not known: any is as likely" : "heading: auto}",
       delayed ? ", gnss_delay" : "", drifts ? ", clock_drift" : "", late_sources.velocity ? ", velocity_delay" : "",
       late_sources.attitude ? ", attitude_delay" : "", reference ? ", boresight" : "",
       priors_text(found, late_sources, delayed, drifts));

@@ -18,6 +18,7 @@
 #include "piste/report/inspection_page.h"
 #include "piste/report/inspection_text.h"
 #include "piste/report/tuning_page.h"
+#include "piste/search/readings.h"
 #include "piste/search/rounds.h"
 
 namespace piste {
@@ -35,6 +36,7 @@ std::string one_line(std::string text) {
 struct OwnReplay {
   std::string wrong = {};  // where its sigmas are inconsistent
   std::string sway = {};   // where its antenna seems to move on the body
+  bool ran = true;
 };
 
 // `text` names its files relative to `folder`.
@@ -52,12 +54,19 @@ OwnReplay own_replay(const std::string& text, const std::filesystem::path& folde
     return {.wrong = verdict.consistent ? "" : one_line(verdict_line(verdict)),
             .sway = find_sway(run.log, run.options, run.found, scales).value_or("")};
   } catch (const Error& e) {
-    return {.wrong = one_line(fmt::format("no replay runs with it: {}", e.what()))};
+    return {.wrong = one_line(fmt::format("no replay runs with it: {}", e.what())), .ran = false};
   }
 }
 
 std::string inspection_json(const Inspection& found) {
-  std::vector<std::string> rounds, suspicions;
+  std::vector<std::string> rounds, suspicions, doubts;
+  for (const InspectedDoubt& doubt : found.doubts) {
+    std::vector<std::string> readings;
+    for (const InspectedReading& reading : doubt.readings) {
+      readings.push_back(json::object({{"keys", json::string(reading.keys)}, {"ln_p", json::number(reading.ln_p, 6)}}));
+    }
+    doubts.push_back(json::object({{"what", json::string(doubt.what)}, {"readings", json::array(readings)}}));
+  }
   for (const InspectedRound& round : found.rounds) {
     rounds.push_back(json::object({{"verdict", json::string(round.verdict)},
                                    {"taken", json::string(round.taken)},
@@ -67,48 +76,98 @@ std::string inspection_json(const Inspection& found) {
     suspicions.push_back(json::object(
         {{"file", json::string(s.file)}, {"what", json::string(s.what)}, {"remedy", json::string(s.remedy)}}));
   }
-  return json::object({{"suspicions", json::array(suspicions)}, {"rounds", json::array(rounds)}}, 0) + "\n";
+  return json::object({{"suspicions", json::array(suspicions)},
+                       {"doubts", json::array(doubts)},
+                       {"rounds", json::array(rounds)}},
+                      0) +
+         "\n";
+}
+
+// The configuration of an inspection until all is written: its sensor file, and logs that were given as text, have the
+// names of partial files.
+class Draft {
+ public:
+  explicit Draft(OutputFolder& output) : output_(output) {}
+
+  // Writes the sensor file, too.
+  std::string text(const Inspection& found) const {
+    output_.write(kSensorFile, sensor_text(guess_sensor(found)));
+    const bool on_disk =
+        std::ranges::none_of(found.logs, [](const InspectedLog& log) { return log.log.content.has_value(); });
+    return *ready_config(on_disk ? found : with_partial_names(found), output_.folder().string(),
+                         partial_name(kSensorFile));
+  }
+  ReplayConfig read(const Inspection& found) const {
+    return read_replay_config(Config::parse(text(found), output_.folder() / kReplayFile));
+  }
+  OwnReplay replayed(const Inspection& found) const { return own_replay(text(found), output_.folder()); }
+
+ private:
+  std::string partial_name(const std::string& name) const { return output_.partial(name).filename().string(); }
+  Inspection with_partial_names(Inspection found) const {
+    for (InspectedLog& log : found.logs) {
+      if (log.log.content) log.log.file = partial_name(log.log.file);
+    }
+    return found;
+  }
+
+  OutputFolder& output_;
+};
+
+// A body that does not leave its place shows no heading: a replay then begins with any.
+void try_any_heading(Inspection& found, const Draft& draft, OwnReplay& own) {
+  found.any_heading = true;
+  OwnReplay standing = draft.replayed(found);
+  found.any_heading = standing.ran;
+  if (!standing.ran) return;
+  found.suspicions.push_back({LogFault::kNoMotion, kReplayFile, own.wrong,
+                              "the configuration begins with any heading, whose sigma says that it is not known"});
+  own = std::move(standing);
+}
+
+void list_swaying_antennas(Inspection& found, const OwnReplay& own) {
+  for (const InspectedLog& log : found.logs) {
+    if (!log.calibration || !log.calibration->sway) continue;
+    found.suspicions.push_back(
+        {LogFault::kAntennaSways, log.log.file,
+         fmt::format("its antenna moves on the body, by some {:.2g} cm", 100 * log.calibration->sway->sigma.x()),
+         "`lever_arm_sway` in the configuration states it; check whether it can move"});
+  }
+  if (own.sway.empty()) return;
+  found.suspicions.push_back({LogFault::kAntennaSways, kReplayFile, own.sway,
+                              "if it is on a helmet or a pack, state it under `gnss`: sigmas are narrower with it"});
+}
+
+// Makes what is written hold by its own verdict, or the first line of the list say why not. Returns that verdict.
+OwnReplay close_loop(OutputFolder& output, Inspection& found, const ProgressCallback& progress) {
+  constexpr double kCauses = 0.5, kWithheld = 0.7;  // of the work
+  const Draft draft(output);
+  const auto configured = [&](const Inspection& now) { return draft.read(now); };
+  weigh_readings(found, configured);
+  take_causes(found, configured, part_of(progress, 0, kCauses));
+  if (progress) progress(kCauses);
+  widen_by_withheld(found, configured);
+  if (progress) progress(kWithheld);
+  OwnReplay own = draft.replayed(found);
+  if (!own.ran) try_any_heading(found, draft, own);
+  list_swaying_antennas(found, own);
+  if (own.wrong.empty()) return own;
+  found.suspicions.insert(found.suspicions.begin(),
+                          {LogFault::kDoesNotHold, kReplayFile, own.wrong,
+                           "until that is corrected, do not rely on the sigmas of a replay with it"});
+  return own;
 }
 
 }  // namespace
 
 std::string write_inspection(OutputFolder& output, Inspection& found, const ProgressCallback& progress) {
-  const std::filesystem::path& folder = output.folder();
-  auto config = ready_config(found, folder.string(), kSensorFile);
+  const auto written = [&] { return ready_config(found, output.folder().string(), kSensorFile); };
+  auto config = written();
   if (config) {
+    const OwnReplay own = close_loop(output, found, progress);
     output.write(kSensorFile, sensor_text(guess_sensor(found)));
-    // Until all is written, the sensor's file has another name.
-    const std::string sensor = output.partial(kSensorFile).filename().string();
-    const auto configured = [&](const Inspection& now) {
-      output.write(kSensorFile, sensor_text(guess_sensor(now)));
-      return read_replay_config(Config::parse(*ready_config(now, folder.string(), sensor), folder / kReplayFile));
-    };
-    constexpr double kCauses = 0.5, kWithheld = 0.7;  // of the work
-    take_causes(found, configured, part_of(progress, 0, kCauses));
-    if (progress) progress(kCauses);
-    widen_by_withheld(found, configured);
-    if (progress) progress(kWithheld);
-    output.write(kSensorFile, sensor_text(guess_sensor(found)));
-    config = ready_config(found, folder.string(), kSensorFile);
-    const auto [wrong, sway] = own_replay(*ready_config(found, folder.string(), sensor), folder);
-    for (const InspectedLog& log : found.logs) {
-      if (!log.calibration || !log.calibration->sway) continue;
-      found.suspicions.push_back(
-          {LogFault::kAntennaSways, log.log.file,
-           fmt::format("its antenna moves on the body, by some {:.2g} cm", 100 * log.calibration->sway->sigma.x()),
-           "`lever_arm_sway` in the configuration states it; check whether it can move"});
-    }
-    if (!sway.empty()) {
-      found.suspicions.push_back(
-          {LogFault::kAntennaSways, kReplayFile, sway,
-           "if it is on a helmet or a pack, state it under `gnss`: sigmas are narrower with it"});
-    }
-    if (!wrong.empty()) {
-      found.suspicions.insert(found.suspicions.begin(),
-                              {LogFault::kDoesNotHold, kReplayFile, wrong,
-                               "until that is corrected, do not rely on the sigmas of a replay with it"});
-      config = fmt::format("{}{}.\n{}", kOwnReplaySays, wrong, *config);
-    }
+    config = written();
+    if (!own.wrong.empty()) config = fmt::format("{}{}.\n{}", kOwnReplaySays, own.wrong, *config);
   }
   output.write("inspection.json", inspection_json(found));
   std::string text = inspection_text(found, config);

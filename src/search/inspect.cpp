@@ -18,6 +18,7 @@
 #include "search/contradiction.h"
 #include "search/examine.h"
 #include "search/joined.h"
+#include "search/judged.h"
 #include "search/settling.h"
 
 namespace piste {
@@ -135,6 +136,16 @@ void retune(const Inspection& inspection, const Recording& recording, const Cond
   if (again) found = std::move(*again);
 }
 
+// Whether the fixes are likelier if the IMU's rows are instants and not means, as a body that vibrates tells.
+bool are_instants(WholeLog means, WholeLog instants, const Calibration& found) {
+  constexpr double kReadings = 2;
+  means.thin = instants.thin = false;  // sums of samples have no vibration
+  const auto of_means = means.filtered(found), of_instants = instants.filtered(found);
+  return of_means && of_instants &&
+         gain(likelihoods(of_instants->innovations, of_instants->sources),
+              likelihoods(of_means->innovations, of_means->sources)) > std::log(kReadings) + 3;
+}
+
 // Reports two clocks whose offset is unknown.
 void look_for_clock(const Inspection& inspection, std::vector<Suspicion>& found) {
   const LogMatch* match = inspection.first_match();
@@ -219,6 +230,13 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
         found_here->velocities_contradict = false;
       }
     }
+    if (!recording.imu.increments && found_here->fits()) {
+      ConditioningOptions instants = conditioning;
+      instants.imu.instantaneous = true;
+      found_here->instantaneous = are_instants(whole_log(inspection, recording, conditioning, options),
+                                               whole_log(inspection, recording, instants, options), *found_here);
+      if (found_here->instantaneous) conditioning = std::move(instants);
+    }
     work.expect(rest);
     retune(inspection, recording, conditioning, options, *found_here, work);
     const Calibration& calibration = *found_here;
@@ -277,6 +295,7 @@ void examine_all(Inspection& inspection, const Work& work) {
     examine(log, found);
   }
   bring_to_one_week(inspection);
+  take_out_leaps(inspection);
   work.step("comparing motions", kComparing);
   const auto imu = inspection.first(LogKind::kImu), gnss = inspection.first(LogKind::kGnss);
   for (std::size_t i = 0; i < logs.size(); ++i) {
@@ -307,6 +326,19 @@ void examine_all(Inspection& inspection, const Work& work) {
   compare_attitudes(inspection, found);
 }
 
+bool is_of_rates(LogFault fault) { return fault == LogFault::kGyroDegrees || fault == LogFault::kGyroRadians; }
+bool is_of_forces(LogFault fault) { return fault == LogFault::kAccelG || fault == LogFault::kAccelMetres; }
+bool same_unit(LogFault a, LogFault b) {
+  return a == b || (is_of_rates(a) && is_of_rates(b)) || (is_of_forces(a) && is_of_forces(b));
+}
+
+// Whether a wrong unit is one that a label names: of a guess there is a doubt already.
+bool is_of_label(const InspectedLog& log, LogFault fault) {
+  const std::string_view of = is_of_rates(fault) ? "gyro:" : is_of_forces(fault) ? "accel:" : "";
+  return of.empty() || !log.guess ||
+         std::ranges::none_of(log.guess->doubts, [&](const std::string& doubt) { return doubt.starts_with(of); });
+}
+
 // Corrects the units and axes of logs with guessed columns if the motion refutes the guess. Returns whether there were
 // any. `refuted`: suspicions that the correction removes.
 bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs, std::vector<Suspicion>& refuted) {
@@ -318,7 +350,12 @@ bool mend_columns(const Inspection& inspection, std::vector<InspectedLog>& logs,
     any = true;
     file.columns = columns;
     for (const Suspicion& s : inspection.suspicions) {
-      if (s.file != file.file || !is_mended_by_columns(s.fault)) continue;
+      if (s.file != file.file || !is_mended_by_columns(s.fault) || !is_of_label(inspection.logs[log], s.fault))
+        continue;
+      const auto said = [&](const Suspicion& before) {
+        return before.file == s.file && same_unit(before.fault, s.fault);
+      };
+      if (std::ranges::any_of(refuted, said)) continue;  // of the labels, and not of a reading on the way
       refuted.push_back({s.fault, s.file, s.what, "`columns` in the configuration reads it so; check it"});
     }
   };

@@ -11,69 +11,15 @@
 #include "core/time_search.h"
 #include "math/words.h"
 #include "model/gnss_white.h"
-#include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
-#include "piste/diagnosis/diagnose.h"
 #include "piste/math/statistics.h"
 #include "piste/replay/replay.h"
-#include "piste/start/attitude_noise.h"
-#include "search/whole_log.h"
-#include "tune/evidence.h"
-#include "tune/thinned.h"
+#include "search/judged.h"
 
 namespace piste {
 namespace {
 
-using Configured = std::function<ReplayConfig(const Inspection&)>;
-
 constexpr std::size_t kReplays = 5, kMostTried = 3;  // of the causes of a round
-
-double likelihood_of(const Log& log, const Solution& run) {
-  const UnderWay under_way(log, run.sources, run.time(0));
-  std::vector<Innovation> counted;
-  for (const Innovation& v : run.innovations) {
-    if (under_way.contains(v)) counted.push_back(v);
-  }
-  return log_likelihood(counted, run.sources);
-}
-
-// A configuration, and its logs with sums of samples.
-struct Ready {
-  ReplayConfig config;
-  ReplayOptions options;
-  Log log;
-};
-
-Ready ready(ReplayConfig config) {
-  ReplayOptions options = replay_options(config);
-  options.longest = WholeLog::kLongest;
-  options.smoother = SmootherKind::kNone;
-  const Recording recording = read_recording(config);
-  options.filter = with_attitude_sigmas(std::move(options.filter), recording.attitude);
-  Log log = thinned(condition(recording, options.conditioning));
-  return {std::move(config), std::move(options), std::move(log)};
-}
-
-// A replay of a configuration: the verdict, and how likely its innovations are.
-struct Judged {
-  ReplayConfig config;
-  Diagnosis diagnosis;
-  double likelihood = 0;
-};
-
-// Nothing where no replay runs: for want of a start, say, or as logs in memory have no file yet.
-std::optional<Judged> judged(const Inspection& found, const Configured& configured) {
-  try {
-    Ready r = ready(configured(found));
-    const Replay run = replay(std::move(r.log), r.options);
-    const Solution& filtered = run.filtered.solution;
-    if (filtered.empty()) return std::nullopt;
-    return Judged{std::move(r.config), diagnosed(run.log, run.options, r.options.heading, run.found, filtered, nullptr),
-                  likelihood_of(run.log, filtered)};
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
 
 // ---- What fixes show that a run does not use ----
 

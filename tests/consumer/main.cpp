@@ -47,6 +47,7 @@ const Exported kExported[] = {
      address(+[](const piste::Scenario& scenario) { return piste::Ensemble(scenario).size(); })},
     {"piste/search/inspect.h",
      address<piste::Inspection(const std::vector<std::string>&, const piste::StageProgress&)>(piste::inspect)},
+    {"piste/search/readings.h", address(piste::weigh_readings)},
     {"piste/search/rounds.h", address(piste::take_causes)},
     {"piste/search/tune.h", address(piste::tune)},
     {"piste/files/tuning.h", address(piste::tuning_text)},

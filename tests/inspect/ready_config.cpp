@@ -163,6 +163,32 @@ TEST(ReadyConfig, TheClockIsThatOfTheSurest) {
   EXPECT_EQ(clock(), 12.30);
 }
 
+// Clocks that agree as logged are no coincidence: an offset or a drift within chance is left to the estimate.
+TEST(ReadyConfig, ClocksStayAsLoggedUnlessTheMotionTellsMore) {
+  Calibration found = calibration();
+  found.clock_offset = 0.0076;
+  found.clock_sigma = 0.0105;
+  EXPECT_EQ(guess_conditioning(calibrated(found)).clock_offset, 0);
+  EXPECT_FALSE(contains(config_of(found), "clock:")) << config_of(found);
+  EXPECT_TRUE(contains(config_of(found), "gnss_delay: 0.05 s")) << "and is estimated\n" << config_of(found);
+  found.clock_drift = 5e-5;
+  found.clock_drift_sigma = 3e-5;
+  EXPECT_EQ(guess_conditioning(calibrated(found)).clock_drift, 0);
+  found.clock_drift_sigma = 1e-5;
+  EXPECT_EQ(guess_conditioning(calibrated(found)).clock_drift, 5e-5);
+  found.clock_drift_sigma = 0;
+  found.clock_offset = 0.0276;
+  EXPECT_EQ(guess_conditioning(calibrated(found)).clock_offset, 0.0276);
+}
+
+TEST(ReadyConfig, RowsAreInstantsWhereTheMotionTellsSo) {
+  Calibration found = calibration();
+  EXPECT_TRUE(contains(config_of(found), "sampling: mean "));
+  found.instantaneous = true;
+  EXPECT_TRUE(contains(config_of(found), "sampling: instant "));
+  EXPECT_TRUE(guess_conditioning(calibrated(found)).instantaneous);
+}
+
 TEST(ReadyConfig, NumbersHaveNoExponentAndNoughtNoSign) {
   Calibration found = calibration();
   found.lever_arm = {-0.05, -0.001, -0.41};

@@ -191,6 +191,11 @@ std::vector<Seeded> seeded() {
          const std::size_t from = 1000 + pick(random, 5000);
          for (std::size_t i = from; i < l.imu.rows.size(); ++i) l.imu.rows[i][kTime] -= 0.5;
        }},
+      {"TimeForward", LogFault::kClockJump,
+       [](Logs& l, RandomStream& random) {
+         const std::size_t from = row_at(l.imu, l.run + 25) + pick(random, 500);
+         for (std::size_t i = from; i < l.imu.rows.size(); ++i) l.imu.rows[i][kTime] += 0.8;
+       }},
       {"Gap", LogFault::kGaps,
        [](Logs& l, RandomStream& random) {
          const auto from = l.imu.rows.begin() + static_cast<std::ptrdiff_t>(2000 + pick(random, 2000));
@@ -297,6 +302,23 @@ TEST_F(Inspected, SimulatedLogsAreClean) {
       SCOPED_TRACE(fmt::format("{} {}", motion, seed));
       expect_clean(simulated(motion, static_cast<std::uint64_t>(seed)).inspect(folder));
     }
+  }
+}
+
+// A vibrating body tells whether rows are means over their intervals or instants.
+TEST_F(Inspected, ToldInstantsFromMeans) {
+  for (const bool instants : {false, true}) {
+    const Case c = make_case("giant_slalom", 40, 11, [&](Scenario& s) {
+      s.imus[0].clock_offset = s.imus[0].clock_drift = 0;
+      s.imus[0].rate = 25;
+      s.imus[0].sampling = instants ? ImuSetup::Sampling::kInstant : ImuSetup::Sampling::kMean;
+      s.motion.vibration_rate.setConstant(1);
+      s.motion.run = 90;
+    });
+    const Inspection found = inspect({folder.write("imu.csv", imu_csv(c.simulation.imus[0].recording)),
+                                      folder.write("gnss.csv", gnss_csv(c.simulation.gnss[0]))});
+    ASSERT_TRUE(found.calibration() != nullptr) << list_of(found);
+    EXPECT_EQ(found.calibration()->instantaneous, instants);
   }
 }
 

@@ -44,6 +44,7 @@ struct Calibration {
   double likelihood = 0;                              ///< log-likelihood per fix, over the whole log
   double likelihood_of_positions = 0;                 ///< log-likelihood per position, over the whole log
   bool in_housing = false;                            ///< whether IMU and antenna are assumed to share a housing
+  bool instantaneous = false;                         ///< whether the IMU's rows are instants (ImuConditioning)
 
   /// Whether the filter fits the logs: it rejected less than a tenth of the innovations.
   bool fits() const { return rejected < (used + rejected) / 10; }
@@ -113,6 +114,22 @@ struct InspectedRound {
   double gain = 0;         ///< of the log-likelihood of the whole log by that
 };
 
+/// One reading of the logs: the keys of a configuration that state it, and the log-likelihood of the innovations of a
+/// replay with it.
+struct InspectedReading {
+  std::string keys;
+  double ln_p = 0;
+};
+
+/// A question that the logs leave open (search/readings.h).
+struct InspectedDoubt {
+  std::string what;                             ///< the question, such as `in which unit the rates are`
+  std::string key;                              ///< the key of a configuration that answers it
+  std::vector<InspectedReading> readings = {};  ///< the first is in the configuration
+  /// The readings with what they are less likely than the first, in words.
+  std::string readings_text() const;
+};
+
 struct Inspection {
   std::vector<InspectedLog> logs;
   std::vector<InspectedMatch> matches;
@@ -120,6 +137,11 @@ struct Inspection {
   std::vector<Suspicion> suspicions;  ///< the worst first
   VehicleGuess vehicle = {};          ///< of the first IMU with the first receiver
   std::vector<InspectedRound> rounds = {};
+  std::vector<InspectedDoubt> doubts = {};
+  bool any_heading = false;  ///< the body does not leave its place, so that no heading is found
+  /// The axes of the first IMU (ImuConditioning::R_bs), if a replay of the whole log told other ones than the motion of
+  /// its windows.
+  std::optional<Matrix3d> axes = std::nullopt;
 
   /// Index of the first log of a kind, or nothing.
   std::optional<std::size_t> first(LogKind kind) const;

@@ -49,6 +49,7 @@ enum class LogFault {
   kPositionJumps,
   kSigmaTooSmall,
   // It costs accuracy.
+  kDoubt,  ///< two readings of the logs are as likely, or the whole log told another one than a part of it
   kCoordinatesRounded,
   kClipped,
   kSigmaTooLarge,
@@ -69,7 +70,7 @@ enum class LogFault {
 };
 
 /// Whether a fault makes a log mean something else or spoils every result. The other faults cost accuracy at most.
-constexpr bool is_severe(LogFault fault) { return fault < LogFault::kCoordinatesRounded; }
+constexpr bool is_severe(LogFault fault) { return fault < LogFault::kDoubt; }
 
 /// One fault.
 struct Suspicion {
