@@ -21,6 +21,10 @@ const Solution* smoothed_of(const Replay& run) { return run.smoothed ? &*run.smo
 
 std::string title_of(const ReplayConfig& config) { return config.file.stem().string(); }
 
+std::optional<int> week_of(const ReplayConfig& config, const Replay& run) {
+  return run.log.imu.empty() ? config.output.week : gps_week(config, run.log.imu.front().time);
+}
+
 }  // namespace
 
 std::vector<std::string> replay_warnings(const ReplayConfig& config, const Replay& run, const Verdict& verdict) {
@@ -51,13 +55,14 @@ std::string replay_page(const ReplayConfig& config, const Replay& run, const Ver
                       .options = &run.options,
                       .warnings = replay_warnings(config, run, verdict),
                       .rate = config.rates.navigation,
+                      .week = week_of(config, run),
                       .bias_rate = config.rates.biases});
 }
 
 void write_replay(OutputFolder& output, const ReplayConfig& config, const Replay& run, const Verdict& verdict,
                   const std::function<RunTimes()>& times, const std::function<void(double)>& progress, RowFiles* rows) {
   std::string map, page;
-  const std::optional<int> week = gps_week(config, run.log.imu.front().time);
+  const std::optional<int> week = week_of(config, run);
   const RowExtras extras = row_extras(config, week, &run.log);
   const std::array<std::function<void()>, 3> parts{
       [&] { write_solutions(output, run, config.rates, progress, rows, extras); },

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "math/gps_time.h"
 #include "math/words.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
@@ -264,6 +265,14 @@ std::string rows_shown(const ReplayReport& report) {
                      static_cast<double>(shown - 1) / length);
 }
 
+// `2022-03-09 11:59:42 UTC · `, or nothing where the week is not known.
+std::string date_text(const ReplayReport& report, double start) {
+  if (!report.week) return {};
+  constexpr std::size_t kDate = 10, kClock = 8;
+  const std::string utc = utc_text({*report.week, start});
+  return fmt::format("{} {} UTC · ", utc.substr(0, kDate), utc.substr(kDate + 1, kClock));
+}
+
 std::string first_screen() {
   return fmt::format("<div class=\"first\">\n{}<div class=\"side\">\n{}{}</div>\n</div>\n", page::plan(),
                      page::place("height"), page::place("speed"));
@@ -274,8 +283,9 @@ std::string first_screen() {
 std::string html_report(const ReplayReport& report) {
   const Solution& best = page::best_of(report);
   const double start = start_of(best), length = best.empty() ? 0 : best.time(best.size() - 1) - start;
-  const std::string subtitle = fmt::format("{} · {} · from time_s {:.3f} · piste {}", escape_markup(time_text(length)),
-                                           length_text(distance(best)), start, escape_markup(report.version));
+  const std::string subtitle =
+      fmt::format("{}{} · {} · from time_s {:.3f} · piste {}", date_text(report, start),
+                  escape_markup(time_text(length)), length_text(distance(best)), start, escape_markup(report.version));
   const page::Data data = page::replay_data(report);
   const bool charts = page::draws() && !best.empty();
   const std::string over_time = fmt::format(

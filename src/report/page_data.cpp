@@ -5,6 +5,7 @@
 #include <span>
 
 #include "io/json.h"
+#include "math/gps_time.h"
 #include "piste/math/units.h"
 #include "plot/markup.h"
 #include "report/assets.h"
@@ -27,26 +28,49 @@ std::string curve(const Curve& c) {
   for (const auto& [name, column] : {std::pair{"sigma", c.sigma}, {"low", c.low}, {"high", c.high}}) {
     if (!column.empty()) members.emplace_back(name, json::string(column));
   }
+  if (!c.table.empty()) members.emplace_back("table", json::string(c.table));
+  if (!c.stroke.empty()) members.emplace_back("stroke", json::string(c.stroke));
+  if (c.colour) members.emplace_back("colour", fmt::format("{}", *c.colour));
   return json::object(members);
 }
 
 std::string chart(const Chart& c) {
   std::vector<std::string> curves;
   for (const Curve& of : c.curves) curves.push_back(curve(of));
-  return json::object({{"name", json::string(c.name)},
-                       {"title", json::string(c.title)},
-                       {"unit", json::string(c.unit)},
-                       {"table", json::string(c.table)},
-                       {"points", json::boolean(c.points)},
-                       {"log", json::boolean(c.log)},
-                       {"turn", json::number(c.turn)},
-                       {"levels", json::numbers(c.levels)},
-                       {"curves", json::array(curves)}});
+  json::Members members{
+      {"name", json::string(c.name)},   {"title", json::string(c.title)},    {"unit", json::string(c.unit)},
+      {"table", json::string(c.table)}, {"points", json::boolean(c.points)}, {"log", json::boolean(c.log)},
+      {"turn", json::number(c.turn)},   {"levels", json::numbers(c.levels)}, {"curves", json::array(curves)}};
+  if (!c.axis.empty()) members.emplace_back("axis", json::string(c.axis));
+  if (c.limits) members.emplace_back("limits", json::numbers(*c.limits));
+  return json::object(members);
+}
+
+std::string axis(const Axis& a) {
+  std::vector<std::string> shades;
+  for (const Shade& s : a.shades) {
+    shades.push_back(json::object({{"from", json::number(s.from, kTimeDigits)},
+                                   {"to", json::number(s.to, kTimeDigits)},
+                                   {"kind", json::string(s.kind)}}));
+  }
+  return json::object({{"label", json::string(a.label)},
+                       {"unit", json::string(a.unit)},
+                       {"log", json::boolean(a.log)},
+                       {"start", json::number(a.start, kTimeDigits)},
+                       {"end", json::number(a.end, kTimeDigits)},
+                       {"shades", json::array(shades)}});
+}
+
+// UTC of time 0 [s since 1970], by the leap seconds at the start; `null` without a week.
+std::string utc_of_zero(const Data& data) {
+  if (!data.week) return "null";
+  return json::number(unix_time({*data.week, data.start}) - data.start, kTimeDigits);
 }
 
 std::string text(const Data& data) {
-  json::Members tables;
+  json::Members tables, axes;
   std::vector<std::string> charts;
+  for (const Axis& a : data.axes) axes.emplace_back(a.name, axis(a));
   for (const auto& [name, table] : data.tables) tables.emplace_back(name, table);
   for (const Chart& c : data.charts) charts.push_back(chart(c));
   std::string origin = "null";
@@ -57,11 +81,12 @@ std::string text(const Data& data) {
   }
   return json::object({{"start", json::number(data.start, kTimeDigits)},
                        {"end", json::number(data.end, kTimeDigits)},
-                       {"week", data.week ? fmt::format("{}", *data.week) : "null"},
+                       {"utc", utc_of_zero(data)},
                        {"origin", origin},
                        {"rest", intervals(data.rest)},
                        {"outages", intervals(data.outages)},
                        {"sources", json::strings(data.sources)},
+                       {"axes", json::object(axes)},
                        {"charts", json::array(charts)},
                        {"tables", json::object(tables)}},
                       1);
@@ -72,12 +97,18 @@ constexpr std::string_view kNotice =
     "tables do "
     "not.</p></noscript>\n";
 
-constexpr std::string_view kTools = R"(<div class="tools" id="tools" hidden>
-<fieldset id="which" aria-label="Solution shown"><label><input type="radio" name="solution" value="smoothed" checked autocomplete="off"> smoothed</label>
+constexpr std::string_view
+    kTools = R"(<div class="tools" id="tools" hidden>
+)",
+    kTimeTools =
+        R"(<fieldset id="which" aria-label="Solution shown"><label><input type="radio" name="solution" value="smoothed" checked autocomplete="off"> smoothed</label>
 <label><input type="radio" name="solution" value="filtered" autocomplete="off"> filtered</label></fieldset>
 <label>time in <select id="clock"><option value="seconds">s since the start</option><option value="week">s of week</option></select></label>
 <button type="button" id="reset">whole run</button>
 <output id="window"></output>
+</div>
+)",
+    kPlainTools = R"(<button type="button" id="reset">whole curves</button>
 </div>
 )";
 
@@ -97,7 +128,9 @@ Curve envelope_curve(std::string label, const std::string& signal, bool extremes
   return out;
 }
 
-std::string tools() { return fmt::format("{}{}", kNotice, kTools); }
+std::string tools(bool over_time) {
+  return fmt::format("{}{}{}", kNotice, kTools, over_time ? kTimeTools : kPlainTools);
+}
 
 std::string plan(bool quality) {
   std::string out(kPlan);
@@ -118,8 +151,8 @@ std::string scripts(const Data& data) {
   return fmt::format(
       "<script type=\"application/json\" "
       "id=\"page-data\">{}</script>\n<script>\n{}\n</script>\n<script>\n{}\n</script>\n"
-      "<script>\n{}</script>\n",
-      text(data), assets::dygraphs_js(), assets::leaflet_js(), assets::report_js());
+      "<script>\n'use strict';\n(function () {{\n{}}})();\n</script>\n",
+      text(data), assets::dygraphs_js(), data.origin ? assets::leaflet_js() : "", assets::page_js());
 }
 
 std::string place(std::string_view chart) {

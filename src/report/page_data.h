@@ -1,6 +1,7 @@
 #pragma once
 /// What the script of a page draws: tables of numbers and the charts of their columns.
 
+#include <array>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,12 +16,15 @@ struct Curve {
   std::string label, value;
   std::string sigma = {};           ///< half of the band; empty: no band
   std::string low = {}, high = {};  ///< the band, if not by a sigma
+  std::string table = {};           ///< empty: the chart's
+  std::string stroke = {};          ///< `dashed`, `dotted`, `dots` or `none`, which leaves the band; empty: a line
+  std::optional<int> colour = {};   ///< of the palette, -1 is that of the text; none: by the curve's place
 };
 
 /// The curve of a signal of an Envelope (packed_table.h), with its extremes as its band, if it has these.
 Curve envelope_curve(std::string label, const std::string& signal, bool extremes);
 
-/// Curves over time in one unit.
+/// Curves over time, or over another axis of the page, in one unit.
 ///
 /// Instead of a column, a value may be `hypot:A,B,C` of columns, `detail:A`, which is A less its running mean, or
 /// `change:A`, which is A of the table `filtered` less A of `smoothed`.
@@ -34,7 +38,25 @@ struct Chart {
   bool points = false;              ///< dots instead of lines
   bool log = false;                 ///< a logarithmic scale of the values
   std::vector<double> levels = {};  ///< dashed lines, such as ± the prior
-  double turn = 0;  ///< length of a whole turn: the line breaks where the value wraps around; 0: it does not
+  double turn = 0;        ///< length of a whole turn: the line breaks where the value wraps around; 0: it does not
+  std::string axis = {};  ///< an Axis' name; empty: time
+  std::optional<std::array<double, 2>> limits = {};  ///< of the values that are shown at first
+};
+
+/// A stretch of an axis that is shaded: as a `rest`, an `outage` or a `turn`, which is paler.
+struct Shade {
+  double from = 0, to = 0;
+  std::string kind;
+};
+
+/// What charts stand over instead of time. Charts of one axis have one window and one cursor. Their tables have the
+/// column `x`; that of a logarithmic axis, and its ends, are decimal logarithms.
+struct Axis {
+  std::string name;         ///< a word
+  std::string label, unit;  ///< for a reader
+  bool log = false;
+  double start = 0, end = 0;
+  std::vector<Shade> shades = {};
 };
 
 /// Charts that fold as one.
@@ -51,6 +73,7 @@ struct Data {
   std::vector<std::pair<std::string, std::string>> tables;  ///< by name, as PackedTable::json()
   std::vector<Group> groups;
   std::vector<Chart> charts;
+  std::vector<Axis> axes = {};  ///< besides time
   std::vector<Interval> rest = {}, outages = {};
   std::vector<std::string> sources = {};  ///< names, by the column `source` of the table `innovations`
   std::optional<Geodetic> origin = {};    ///< of `north_m` and `east_m`: there is a plan
@@ -65,8 +88,9 @@ std::string scripts(const Data& data);
 /// The places of the charts of each group, with contents.
 std::string groups(const Data& data);
 
-/// The head of what is drawn: a notice for what hinders it, and the choice of solution, clock and window.
-std::string tools();
+/// The head of what is drawn: a notice for what hinders it, and the choice of solution, clock and window. `over_time`:
+/// whether charts stand over time.
+std::string tools(bool over_time = true);
 
 /// The plan, with its choices. `quality`: whether there are fixes with outcomes.
 std::string plan(bool quality = true);

@@ -5,6 +5,7 @@ Ends with 77, which ctest shows as skipped, where there is no Chromium.
 """
 
 import csv
+import datetime
 import json
 import math
 import pathlib
@@ -20,6 +21,7 @@ import chromium
 CHARTS = {"height": ("height_m", "sigma_down_m"), "velocity_north": ("velocity_north_m_s", "sigma_velocity_north_m_s"),
           "velocity_east": ("velocity_east_m_s", "sigma_velocity_east_m_s"), "roll": ("roll_deg", "sigma_roll_deg"),
           "pitch": ("pitch_deg", "sigma_pitch_deg"), "heading": ("heading_deg", "sigma_heading_deg")}
+WEEK = 2296
 failures = []
 
 
@@ -48,7 +50,7 @@ def make_run(replay, source, work):
             if k % 97 == 50:
                 row["latitude_deg"] = repr(float(row["latitude_deg"]) + 4 / 111e3)
             writer.writerow(row)
-    text = (source / "config/ski_run.yaml").read_text().replace("../data/ski_run/", "").replace(
+    text = f"week: {WEEK}\n" + (source / "config/ski_run.yaml").read_text().replace("../data/ski_run/", "").replace(
         "sensors/", str(source / "config/sensors") + "/").replace("outages: []", "outages: [[302510, 5]]")
     config = work / "<script>alert(1)<script>.yaml"
     config.write_text("# </script><script>document.title='broken'</script><!--\n" + text)
@@ -192,6 +194,37 @@ def check_hands(browser, out, work):
               f"CSV: {a}")
 
 
+def check_time(browser, out):
+    """Date and time in the head, and the axis in seconds since the start, of the week, and in UTC."""
+    start = float(rows_of(out / "smoothed.csv")[0]["time_s"])
+    utc = datetime.datetime(1980, 1, 6) + datetime.timedelta(seconds=WEEK * 604800 + start - 18)  # leap seconds since 2017
+    head = browser.run("document.getElementById('subtitle').textContent")
+    check(head.startswith(f"{utc:%Y-%m-%d %H:%M:%S} UTC · "), f"the head has {head}, the run begins at {utc}")
+    browser.run("document.getElementById('reset').click(); piste.charts.roll.drawn()")
+
+    def shown(clock):
+        browser.run("(() => { const e = document.getElementById('clock'); e.value = '%s'; e.dispatchEvent(new Event('change')); })()" % clock)
+        left, top, width, height = element(browser, "[data-chart=roll] .chart")
+        browser.hover(left + width / 2, top + 60)
+        browser.run("new Promise(done => setTimeout(done, 100))")
+        return browser.run("[[...document.querySelectorAll('[data-chart=roll] .dygraph-axis-label-x')].map(e => e.textContent), "
+                           "document.querySelector('[data-chart=roll] .legend').textContent, document.getElementById('window').textContent]")
+
+    ticks, legend, window = shown("seconds")
+    check(window.startswith("0.00 to") and all(0 <= float(t) <= 1000 for t in ticks), f"seconds since the start: {window}, {ticks}")
+    at = float(re.search(r"at ([\d.]+) s", legend)[1])
+    ticks, legend, window = shown("week")
+    check(abs(float(re.search(r"at ([\d.]+) s", legend)[1]) - start - at) < 2e-3 and all(float(t) >= start for t in ticks),
+          f"seconds of week: {legend}, {ticks}")
+    ticks, legend, window = shown("utc")
+    wanted = utc + datetime.timedelta(seconds=at)
+    of_day = re.search(r"at (\d\d:\d\d:[\d.]+) UTC", legend)
+    check(of_day and abs((datetime.datetime.strptime(of_day[1], "%H:%M:%S.%f") - datetime.datetime.strptime(f"{wanted:%H:%M:%S.%f}", "%H:%M:%S.%f"))
+                         .total_seconds()) < 2e-3, f"UTC: {legend}, and {wanted} is right")
+    check(len(ticks) > 2 and all(re.fullmatch(r"\d\d:\d\d(:\d\d)?", t) for t in ticks), f"the axis in UTC has {ticks}")
+    shown("seconds")
+
+
 def check_layout(browser, out, dark, pictures):
     tone = "dark" if dark else "light"
     for width, height in ((1400, 900), (390, 844)):
@@ -239,6 +272,7 @@ def main():
         check_data(browser, out)
         check_statistics(browser, out)
         check_hands(browser, out, work)
+        check_time(browser, out)
         summary = json.loads((out / "summary.json").read_text())
         shown = browser.run("[...document.querySelectorAll('.warnings li')].map(e => e.textContent)")
         check(shown == summary["warnings"], f"warnings: {shown} on the page, {summary['warnings']} in summary.json")

@@ -55,7 +55,7 @@ std::string inflated(const std::string& bytes, std::size_t most) {
   return out;
 }
 
-/// The columns of a table as report.js reads them.
+/// The columns of a table as the script of a page reads them.
 std::map<std::string, std::vector<double>> columns_of(const std::string& json) {
   const YAML::Node table = YAML::Load(json);  // JSON is YAML
   const auto rows = table["rows"].as<std::size_t>();
