@@ -260,7 +260,7 @@ def tune(
     progress: Progress | bool | None = None,
     **keys: Any,
 ) -> dict[str, Any]:
-    """The maximum-likelihood noise, from the innovations of a replay: tune.json, and `text`.
+    """The maximum-likelihood noise, from the innovations of a replay: tune.json, and `text` and `report`, its page.
 
     Of each two stretches of `hold_out` seconds the second is held out from the fit, and `nis` is computed there; 0:
     none is.
@@ -270,8 +270,8 @@ def tune(
     if keys and output is not None:
         raise ConfigError("the replay.yaml in `output` builds on a file; leave the keywords out, or `output`", "output")
     parsed, _ = configuration(config, keys)
-    found, text = _piste.tune(parsed, whole("jobs", jobs, 1), hold_out, _folder(output), told(progress))
-    return {**json.loads(found), "text": text}
+    found = dict(_piste.tune(parsed, whole("jobs", jobs, 1), hold_out, _folder(output), told(progress)))
+    return {**json.loads(found["json"]), "text": found["text"], "report": Page(found["page"])}
 
 
 def study(

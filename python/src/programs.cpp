@@ -308,10 +308,11 @@ void bind_programs(nb::module_& m) {
          const std::optional<std::string>& folder, const nb::object& progress) {
         return interruptible(progress, [&](Told& told) {
           const ReplayConfig config = read_replay_config(configuration.config);
-          const TuneOptions how{.jobs = jobs, .hold_out = hold_out};
+          TuneOptions how{.jobs = jobs, .hold_out = hold_out};
+          for (const LogFile& log : config.gnss) how.stated.push_back(stated_before(log.sigma_scales));
           const Tuning found = tune(read_recording(config), replay_options(config), how, part(told, "tuning"));
-          write_into(folder, [&](OutputFolder& output) { write_tuning(output, config, found); });
-          return std::pair(tune_json(found), tuning_text(found));
+          write_into(folder, [&](OutputFolder& output) { write_tune(output, config, found); });
+          return Texts{{"json", tune_json(found)}, {"text", tuning_text(found)}, {"page", tune_page(config, found)}};
         });
       },
       nb::arg("configuration"), nb::arg("jobs"), nb::arg("hold_out"), nb::arg("folder").none(),

@@ -61,6 +61,8 @@ def test_tune(config, tmp_path):
     found = piste.tune(part, output=tmp_path)
     assert "noises" in found
     assert json.loads((tmp_path / "tune.json").read_text())["noises"] == found["noises"]
+    page = (tmp_path / "tune.html").read_text()
+    assert str(found["report"]) == page and "Likelihood gained" in page
     with pytest.raises(piste.ConfigError, match="builds on a file"):
         piste.tune(config, output=tmp_path, smoother="none")
 

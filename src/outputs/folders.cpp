@@ -201,8 +201,12 @@ void write_simulation(OutputFolder& output, const std::string& prefix, const Sce
   output.write(prefix + "truth.json", truth_json(scenario, simulation, seed));
 }
 
+std::string tune_page(const ReplayConfig& config, const Tuning& tuning) {
+  return tuning_page(tuning, config.file.stem().string(), tuned_sensor(config, tuning), version());
+}
+
 void write_tune(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning) {
-  output.write("tune.html", tuning_page(tuning, config.file.stem().string(), tuned_sensor(config, tuning), version()));
+  output.write("tune.html", tune_page(config, tuning));
   write_tuning(output, config, tuning);  // last, as tune.json says that all is there
 }
 

@@ -25,7 +25,10 @@ std::string write_inspection(OutputFolder& output, Inspection& found, const Prog
 void write_simulation(OutputFolder& output, const std::string& prefix, const Scenario& scenario,
                       const Simulation& simulation, std::uint64_t seed);
 
-/// The files of a tuning (write_tuning()) and `tune.html`.
+/// The page of a tuning, `tune.html`.
+std::string tune_page(const ReplayConfig& config, const Tuning& tuning);
+
+/// The files of a tuning (write_tuning()) and its page.
 void write_tune(OutputFolder& output, const ReplayConfig& config, const Tuning& tuning);
 
 /// `consistency.json`, `consistency.md` and `consistency.html`. `title`: of the page; `scenario`: its text.
