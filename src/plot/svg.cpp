@@ -6,12 +6,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
+#include <span>
 #include <string_view>
 #include <utility>
 
 #include "plot/markup.h"
 #include "plot/svg_frame.h"
+#include "plot/thin.h"
 
 namespace piste {
 namespace {
@@ -248,7 +251,7 @@ std::string Plot::draw(const Series& s, const Frame& f) {
   switch (s.kind) {
     case Kind::kLine: {
       bool pen_down = false;
-      for (std::size_t i = 0; i < s.x.size(); ++i) {
+      for (const std::size_t i : thin(std::span(&s.y, 1), kCurvePoints)) {
         const bool drawn = finite(i, s.y);
         if (drawn) path += fmt::format("{}{:.1f} {:.1f}", pen_down ? 'L' : 'M', f.px(s.x[i]), f.py(s.y[i]));
         pen_down = drawn;
@@ -346,6 +349,11 @@ std::string Plot::render() const {
     below = !below;
   }
   return out + legend() + "</svg>\n";
+}
+
+Figure as_figure(std::string name, Plot plot, std::string caption) {
+  std::string svg = plot.render();
+  return {std::move(name), std::move(svg), std::move(caption), std::make_shared<const Plot>(std::move(plot))};
 }
 
 }  // namespace piste

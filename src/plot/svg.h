@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "piste/plot/figure.h"
+
 namespace piste {
 
 /// Ascending round values (1, 2 or 5 times a power of ten apart) inside [low, high], about `wanted` of them.
@@ -59,10 +61,9 @@ class Plot {
   static constexpr int kPageWidth = 980;  ///< of a picture that fills a page
   void size(int width, int height);
 
-  /// The `<svg>` element.
+  /// The `<svg>` element. Of long lines it has the extremes (thin.h).
   std::string render() const;
 
- private:
   enum class Kind { kLine, kPoints, kBarsAlongX, kBarsAlongY, kBand, kShade };
   struct Series {
     Kind kind;
@@ -76,6 +77,17 @@ class Plot {
     int colour;
     std::string name;
   };
+  /// What it was given, for what else draws it.
+  const std::string& title() const { return title_; }
+  const Axis& x() const { return x_; }
+  const Axis& y() const { return y_; }
+  const std::optional<std::array<double, 2>>& x_limit() const { return x_limit_; }
+  const std::optional<std::array<double, 2>>& y_limit() const { return y_limit_; }
+  bool is_map() const { return equal_scale_; }
+  const std::vector<Series>& series() const { return series_; }
+  const std::vector<Mark>& marks() const { return marks_; }
+
+ private:
   struct Range;
   struct Frame;
   Frame frame() const;
@@ -93,5 +105,8 @@ class Plot {
   std::vector<Series> series_;
   std::vector<Mark> marks_;
 };
+
+/// A plot as a figure.
+Figure as_figure(std::string name, Plot plot, std::string caption);
 
 }  // namespace piste

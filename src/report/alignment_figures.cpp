@@ -16,7 +16,6 @@
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "plot/svg.h"
-#include "plot/thin.h"
 
 namespace piste {
 namespace {
@@ -84,17 +83,6 @@ struct Curve {
   std::vector<double> x, y;
 };
 
-// Reduces the number of points without changing the picture.
-Curve thinned(const Curve& curve) {
-  const std::array columns{curve.y};
-  Curve out;
-  for (const std::size_t i : thin(columns, kCurvePoints)) {
-    out.x.push_back(curve.x[i]);
-    out.y.push_back(curve.y[i]);
-  }
-  return out;
-}
-
 // Norm of the rate against `time(sample)`, of the samples whose time lies in `window`.
 template <class Time>
 Curve norms(const std::vector<ImuSample>& samples, const Interval& window, const Time& time) {
@@ -109,10 +97,6 @@ Curve norms(const std::vector<ImuSample>& samples, const Interval& window, const
 }
 
 std::string norm_label() { return "|rate| [deg/s]"; }
-
-Figure figure(std::string name, const Plot& plot, std::string caption) {
-  return {std::move(name), plot.render(), std::move(caption)};
-}
 
 // Both clocks unchanged, from a common zero at the body IMU's first sample. If the logs do not overlap, each has its
 // own zero.
@@ -156,14 +140,14 @@ std::vector<Figure> clock_figures(const AlignmentPicture& p) {
   std::vector<Figure> out;
   for (const bool body : {true, false}) {
     const std::string who = body ? "body IMU" : "reference";
-    const Curve curve = thinned(body ? norms(*p.body, whole, body_time) : norms(*p.reference, whole, reference_time));
+    const Curve curve = body ? norms(*p.body, whole, body_time) : norms(*p.reference, whole, reference_time);
     Plot plot(fmt::format("Before: {}", who), {raw.label()}, {norm_label()},
               fmt::format("Norm of the angular rate of the {} on its own clock", who));
     plot.size(Plot::kPageWidth, kSignalHeight - 60);
     plot.limit_x(whole.start, whole.end);
     plot.line(curve.x, curve.y, body ? kBodyColour : kReferenceColour, "");
-    out.push_back(figure(body ? "before_body" : "before_reference", plot,
-                         fmt::format("Norm of the angular rate of the {}, as it came, on its own clock.", who)));
+    out.push_back(as_figure(body ? "before_body" : "before_reference", plot,
+                            fmt::format("Norm of the angular rate of the {}, as it came, on its own clock.", who)));
   }
 
   const auto lively = liveliest(*p.aligned);
@@ -175,19 +159,19 @@ std::vector<Figure> clock_figures(const AlignmentPicture& p) {
   const Interval gps{p.aligned->time[lively->first], p.aligned->time[lively->last - 1]};
   const double to_reading = p.alignment->clock_offset - first;
   const Interval reading{gps.start + to_reading, gps.end + to_reading};
-  out.push_back(
-      figure("before",
-             two_norms("Before: the liveliest seconds of the body IMU, and the reference at the same reading",
-                       raw.label(), norms(*p.body, reading, body_time), norms(*p.reference, reading, reference_time)),
-             "The same reading of both clocks is not the same time."));
+  out.push_back(as_figure(
+      "before",
+      two_norms("Before: the liveliest seconds of the body IMU, and the reference at the same reading", raw.label(),
+                norms(*p.body, reading, body_time), norms(*p.reference, reading, reference_time)),
+      "The same reading of both clocks is not the same time."));
   const auto after = [&](const auto& time) { return [&, time](const ImuSample& s) { return time(s) - origin; }; };
   const Interval window{gps.start - origin, gps.end - origin};
   out.push_back(
-      figure("after",
-             two_norms("After: the same seconds", kTimeLabel, norms(*p.body, window, after(aligned_time)),
-                       norms(*p.reference, window, after([](const ImuSample& s) { return s.time; }))),
-             "Offset and drift of the body IMU's clock taken away; nothing is filtered or turned, as norms do not "
-             "depend on the axes."));
+      as_figure("after",
+                two_norms("After: the same seconds", kTimeLabel, norms(*p.body, window, after(aligned_time)),
+                          norms(*p.reference, window, after([](const ImuSample& s) { return s.time; }))),
+                "Offset and drift of the body IMU's clock taken away; nothing is filtered or turned, as norms do not "
+                "depend on the axes."));
   return out;
 }
 
@@ -201,7 +185,6 @@ std::vector<Figure> correlation_figures(const AlignmentPicture& p) {
       curve.x.push_back(c.offset[i]);
       curve.y.push_back(c.correlation[i]);
     }
-    curve = thinned(curve);
     Plot plot(title, {"clock offset, body IMU less reference [s]"}, {"correlation of the norms"});
     plot.size(Plot::kPageWidth, kSignalHeight);
     plot.line(curve.x, curve.y, kBodyColour, "");
@@ -209,11 +192,11 @@ std::vector<Figure> correlation_figures(const AlignmentPicture& p) {
     return plot;
   };
   const auto [low, high] = std::minmax_element(c.offset.begin(), c.offset.end());
-  return {
-      figure("correlation", draw("Every offset that was tried", *low, *high),
-             fmt::format("Correlation of the norms of the angular rates. The highest elsewhere is {:.3f}.", c.rival)),
-      figure("correlation_peak", draw("The peak", c.peak_offset - kAroundPeak, c.peak_offset + kAroundPeak),
-             "The same about the peak, which is where the fit begins.")};
+  return {as_figure(
+              "correlation", draw("Every offset that was tried", *low, *high),
+              fmt::format("Correlation of the norms of the angular rates. The highest elsewhere is {:.3f}.", c.rival)),
+          as_figure("correlation_peak", draw("The peak", c.peak_offset - kAroundPeak, c.peak_offset + kAroundPeak),
+                    "The same about the peak, which is where the fit begins.")};
 }
 
 std::vector<Figure> signal_figures(const AlignmentPicture& p) {
@@ -243,12 +226,12 @@ std::vector<Figure> signal_figures(const AlignmentPicture& p) {
       plot.line(time, axis_of(smooth.*q.reference, axis), kReferenceColour, "reference, turned and moved",
                 Plot::Stroke::kDashed);
       plot.line(time, axis_of(left, axis), kLeftColour, "what is left");
-      out.push_back(figure(fmt::format("{}_{}", q.stem, name), plot, ""));
+      out.push_back(as_figure(fmt::format("{}_{}", q.stem, name), plot, ""));
       rest.line(time, axis_of(left, axis), axis, std::string(name));
     }
     out.push_back(
-        figure(fmt::format("{}_left", q.stem), rest,
-               "Body IMU less reference, less the bias and scale that the alignment found; on its own scale."));
+        as_figure(fmt::format("{}_left", q.stem), rest,
+                  "Body IMU less reference, less the bias and scale that the alignment found; on its own scale."));
   }
   return out;
 }
@@ -287,10 +270,11 @@ std::vector<Figure> spectrum_figures(const AlignmentPicture& p) {
                 Plot::Stroke::kDashed);
     }
     if (p.low_pass > 0) upright(plot, p.low_pass, low, high, "low-pass");
-    out.push_back(figure(fmt::format("{}_spectrum", q.stem), plot,
-                         "One-sided, unfiltered, over the whole log. Where what is left lies above the noise, the two "
-                         "IMUs differ by more than the noise of the one; quantised increments of the reference are a "
-                         "slope that rises with frequency."));
+    out.push_back(
+        as_figure(fmt::format("{}_spectrum", q.stem), plot,
+                  "One-sided, unfiltered, over the whole log. Where what is left lies above the noise, the two "
+                  "IMUs differ by more than the noise of the one; quantised increments of the reference are a "
+                  "slope that rises with frequency."));
   }
   return out;
 }
@@ -343,8 +327,8 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
   apart.band(grid, low, high, kAlignmentColour, "alignment, ± 1 sigma");
   apart.bars(time, beside.offset, beside.low, beside.high, kBodyColour, "stretches of the log, ± 1 sigma");
   return {
-      figure("clock_drift", all, "Each point is the offset that one stretch of the log alone tells."),
-      figure(
+      as_figure("clock_drift", all, "Each point is the offset that one stretch of the log alone tells."),
+      as_figure(
           "clock_residual", apart,
           "A clock that runs evenly leaves points that scatter about zero as their bars say. The scale is that of the "
           "stretches that tell most; bars of the others, at rest, reach beyond.")};

@@ -8,6 +8,7 @@
 #include "piste/core/state_table.h"
 #include "piste/math/units.h"
 #include "plot/markup.h"
+#include "report/drawing.h"
 #include "report/findings_tables.h"
 #include "report/page.h"
 
@@ -102,19 +103,25 @@ std::string errors(const Findings& found) {
 std::string alignment_html(const AlignmentPicture& p) {
   const std::string subtitle = fmt::format("piste {} · two IMUs on one plate, from {:.3f} to {:.3f} s of GPS time",
                                            escape_markup(p.version), p.aligned->time.front(), p.aligned->time.back());
+  page::Drawing drawing;
+  const std::string clocks = drawing.add(clock_figures(p)), correlation = drawing.add(correlation_figures(p)),
+                    drift = drawing.add(drift_figures(p)), signals = drawing.add(signal_figures(p)),
+                    spectra = drawing.add(spectrum_figures(p));
   return page::render(
       {.title = p.title,
        .subtitle = subtitle,
-       .head = tiles(*p.alignment) + page::warnings(p.alignment->warnings),
+       .head = tiles(*p.alignment) + page::warnings(p.alignment->warnings) + drawing.head(),
        .sections = {{"result", "Result", result(p)},
                     {"errors", "Errors of the IMU", p.findings != nullptr ? errors(*p.findings) : ""},
-                    {"clocks", "Before and after", page::pictures(clock_figures(p))},
-                    {"correlation", "Correlation", page::pictures(correlation_figures(p))},
-                    {"drift", "The clock over time", page::pictures(drift_figures(p))},
-                    {"signals", "Every axis", page::pictures(signal_figures(p))},
-                    {"spectra", "Spectra", page::pictures(spectrum_figures(p))},
+                    {"clocks", "Before and after", clocks},
+                    {"correlation", "Correlation", correlation},
+                    {"drift", "The clock over time", drift},
+                    {"signals", "Every axis", signals},
+                    {"spectra", "Spectra", spectra},
                     {"reading", "How to read it", std::string(kHowToReadAlignment)},
-                    {"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(p.config_text))}}});
+                    {"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(p.config_text))}},
+       .style = drawing.style(),
+       .scripts = drawing.scripts()});
 }
 
 }  // namespace piste

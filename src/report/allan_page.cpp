@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "math/words.h"
+#include "piste/math/statistics.h"
 #include "piste/report/allan_text.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
 #include "plot/svg_frame.h"
+#include "report/drawing.h"
 #include "report/page.h"
 
 namespace piste {
@@ -57,7 +61,7 @@ std::string axis_title(const AllanAxis& axis) {
   return fmt::format("{} {}", axis.is_gyro ? "Gyroscope" : "Accelerometer", axis.name.back());
 }
 
-std::string picture(const AllanAxis& axis) {
+Figure picture(const AllanAxis& axis) {
   const AllanCurve& curve = axis.curve;
   const double unit = unit_of(ProcessKind::kBiasInstability, axis.is_gyro).factor;
   std::vector<double> tau, deviation, low, high, model;
@@ -72,15 +76,15 @@ std::string picture(const AllanAxis& axis) {
   plot.size(Plot::kPageWidth, kCurveHeight);
   const auto& v = axis.fit->variance;
   const std::vector<double> covered(tau.begin(), tau.begin() + static_cast<std::ptrdiff_t>(v.size()));
-  for (std::size_t i = 0; i < v.size(); ++i) {
-    low.push_back(std::sqrt(axis.fit->low[i]) / unit);
-    high.push_back(std::sqrt(axis.fit->high[i]) / unit);
-    model.push_back(std::sqrt(v[i]) / unit);
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    const bool is_covered = i < v.size();
+    low.push_back(is_covered ? std::sqrt(axis.fit->low[i]) / unit : kNaN);
+    high.push_back(is_covered ? std::sqrt(axis.fit->high[i]) / unit : kNaN);
+    if (is_covered) model.push_back(std::sqrt(v[i]) / unit);
   }
   const auto [least, most] = std::minmax_element(deviation.begin(), deviation.end());
   constexpr double kRoom = 2;
   plot.limit_y(*least / kRoom, *most * kRoom);
-  plot.band(covered, low, high, kCurveColour, "band");
   const auto& parts = axis.fit->parts;
   for (std::size_t k = 0; k < parts.size() && parts.size() > 1; ++k) {
     const FittedProcess& p = parts[k];
@@ -92,8 +96,11 @@ std::string picture(const AllanAxis& axis) {
     plot.line(covered, part, colour_of(p.process.kind), with_slope(p.process.kind), Plot::Stroke::kDotted);
   }
   plot.line(covered, model, kModelColour, "model");
-  plot.points(tau, deviation, kCurveColour, "measured");
-  return plot.render();
+  plot.bars(tau, deviation, low, high, kCurveColour, "measured");
+  return as_figure(axis.name, std::move(plot),
+                   fmt::format("Allan deviation of {}: measured, with the interval of each point, and the fitted "
+                               "model with its parts. A slope is that of both logarithms.",
+                               axis.name));
 }
 
 std::string numbers_table(const AllanFindings& f) {
@@ -185,13 +192,14 @@ std::string recordings_table(const AllanFindings& f) {
 }  // namespace
 
 std::string allan_page(const AllanFindings& f, const std::string& sensor_file, const std::string& version) {
-  std::string curves;
+  page::Drawing drawing;
+  std::vector<Figure> curves;
   for (const AllanAxis& axis : f.axes) {
-    if (axis.fit) curves += fmt::format("<figure>{}</figure>\n", picture(axis));
+    if (axis.fit) curves.push_back(picture(axis));
   }
   std::vector<page::Section> sections{
       {"numbers", "What a data sheet would say", numbers_table(f) + page::list("Warnings", f.warnings)},
-      {"curves", "Curves", curves},
+      {"curves", "Curves", drawing.add(curves)},
       {"processes", "Processes",
        processes_table(f) + page::list("What recordings of this length do not tell", f.undetermined)},
       {"models", "Models that were tried", models_table(f)}};
@@ -204,7 +212,10 @@ std::string allan_page(const AllanFindings& f, const std::string& sensor_file, c
   return page::render({.title = f.options.name,
                        .subtitle = fmt::format("piste {} · noise of an IMU at rest · bands and intervals of {:g} %",
                                                escape_markup(version), 100 * f.options.fit.probability),
-                       .sections = sections});
+                       .head = drawing.head(),
+                       .sections = sections,
+                       .style = drawing.style(),
+                       .scripts = drawing.scripts()});
 }
 
 }  // namespace piste

@@ -13,6 +13,7 @@
 #include "piste/math/units.h"
 #include "plot/markup.h"
 #include "plot/svg.h"
+#include "report/drawing.h"
 #include "report/page.h"
 
 namespace piste {
@@ -59,7 +60,9 @@ int colour_of(const std::string& estimator) { return estimator == "filter" ? kFi
 class TimePlot {
  public:
   TimePlot(const EpochGrid& grid, const std::string& title, const std::string& unit, const std::string& description)
-      : grid_(grid), plot_(title, {"time after the departure [s]"}, {unit}, description) {
+      : grid_(grid),
+        plot_(title, {"time after the departure [s]"}, {unit}, description),
+        caption_(fmt::format("{}.", description)) {
     for (int epoch = grid.first; epoch <= grid.last; ++epoch) time_.push_back(grid.time(epoch));
     plot_.size(Plot::kPageWidth, kTrendHeight);
   }
@@ -78,7 +81,7 @@ class TimePlot {
   }
 
   /// With a margin of half the range on each side; `from_zero` starts the scale at zero.
-  std::string render(bool from_zero) {
+  Figure figure(std::string name, bool from_zero) {
     shade(time_.front(), 0, kAtRestColour, "at rest");
     shade(grid_.arrival, time_.back(), kAtRestColour, "");
     shade(0, grid_.cruise.start, kTurnColour, "starting, stopping");
@@ -87,7 +90,7 @@ class TimePlot {
       const double room = 0.5 * (high_ - (from_zero ? 0 : low_));
       plot_.limit_y(from_zero ? 0 : std::max(0.0, low_ - room), high_ + room);
     }
-    return "<figure>\n" + plot_.render() + "</figure>\n";
+    return as_figure(std::move(name), std::move(plot_), caption_);
   }
 
  private:
@@ -104,12 +107,13 @@ class TimePlot {
 
   const EpochGrid& grid_;
   Plot plot_;
+  std::string caption_;
   std::vector<double> time_;
   double low_ = std::numeric_limits<double>::infinity(), high_ = -std::numeric_limits<double>::infinity();
 };
 
-std::string nees_plots(const ConsistencyReport& report) {
-  std::string out;
+std::vector<Figure> nees_plots(const ConsistencyReport& report) {
+  std::vector<Figure> out;
   for (std::size_t g = 0; g < report.groups.size(); ++g) {
     const StateGroup& group = report.groups[g];
     const auto& blocks = report.layout.blocks();
@@ -119,7 +123,7 @@ std::string nees_plots(const ConsistencyReport& report) {
                   fmt::format("NEES of {} over time, filter and smoother, with its band", group.name));
     plot.band(report.bands[g], percent(report.probability) + " band");
     for (const auto& [name, e] : estimators(report)) plot.line(e->nees[g], colour_of(name), name);
-    out += plot.render(false);
+    out.push_back(plot.figure("nees_" + group.name, false));
   }
   return out;
 }
@@ -131,8 +135,8 @@ std::vector<double> over_time(const std::vector<BlockAccuracy>& accuracy, double
   return out;
 }
 
-std::string accuracy_plots(const ConsistencyReport& report) {
-  std::string out;
+std::vector<Figure> accuracy_plots(const ConsistencyReport& report) {
+  std::vector<Figure> out;
   const auto& blocks = report.layout.blocks();
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (!is_navigation(blocks[b])) continue;
@@ -148,7 +152,7 @@ std::string accuracy_plots(const ConsistencyReport& report) {
       line(&BlockAccuracy::bound, " bound", Plot::Stroke::kDashed);
       line(&BlockAccuracy::claimed, " claimed", Plot::Stroke::kDotted);
     }
-    out += plot.render(true);
+    out.push_back(plot.figure(fmt::format("rmse_{}", row.name), true));
   }
   if (std::all_of(blocks.begin(), blocks.end(), is_navigation)) return out;
   for (const auto& [name, e] : estimators(report)) {
@@ -159,7 +163,7 @@ std::string accuracy_plots(const ConsistencyReport& report) {
       if (is_navigation(blocks[b])) continue;
       plot.line(over_time(e->accuracy[b], &BlockAccuracy::ratio, 1), colour++, std::string(info(blocks[b]).name));
     }
-    out += plot.render(false);
+    out.push_back(plot.figure("rmse_over_bound_" + name, false));
   }
   return out;
 }
@@ -329,22 +333,26 @@ std::string consistency_html(const ConsistencyReport& report, const std::string&
   const std::string subtitle =
       fmt::format("piste {} · {} simulated runs with known truth; times count from the departure",
                   escape_markup(version), report.runs);
+  page::Drawing drawing;
+  const std::string nees = drawing.add(nees_plots(report)), accuracy = drawing.add(accuracy_plots(report));
   return page::render(
       {.title = title,
        .subtitle = subtitle,
+       .head = drawing.head(),
        .sections = {{"verdict", "Verdict", verdict(report)},
                     {"nees", "NEES over time",
                      "<p class=\"soft\">Mean over the runs at each epoch. The scale is that of the stretch under way; "
-                     "what lies far "
-                     "beyond is cut off.</p>\n" +
-                         nees_plots(report)},
-                    {"accuracy", "Errors over time", accuracy_plots(report)},
+                     "what lies far beyond is cut off. Blue: at rest; grey: starting and stopping.</p>\n" +
+                         nees},
+                    {"accuracy", "Errors over time", accuracy},
                     {"coverage", "Coverage", coverage_table(report)},
                     {"phases", "By phase", phase_tables(report)},
                     {"innovations", "Innovations", source_table(report)},
                     {"failures", "Failed runs", failure_table(report)},
                     {"reading", "How to read it", std::string(kHowToReadConsistency)},
-                    {"scenario", "Scenario", fmt::format("<pre>{}</pre>\n", escape_markup(scenario_text))}}});
+                    {"scenario", "Scenario", fmt::format("<pre>{}</pre>\n", escape_markup(scenario_text))}},
+       .style = drawing.style(),
+       .scripts = drawing.scripts()});
 }
 
 }  // namespace piste

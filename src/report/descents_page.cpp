@@ -7,6 +7,7 @@
 
 #include "plot/markup.h"
 #include "plot/svg.h"
+#include "report/drawing.h"
 #include "report/page.h"
 
 namespace piste {
@@ -51,8 +52,8 @@ std::string section_table(const DescentReport& report) {
       page::table("From gate to gate; gained is positive where the run took less time than the first", head, rows));
 }
 
-std::string over_distance(const DescentReport& report, const char* title, const char* unit, double Crossing::*of,
-                          double Crossing::*sigma, std::size_t first) {
+Figure over_distance(const DescentReport& report, const char* title, const char* unit, double Crossing::*of,
+                     double Crossing::*sigma, std::size_t first) {
   Plot plot(title, {"distance along the line [m]"}, {unit}, fmt::format("{} over the distance along the line", title));
   constexpr int kHeight = 330;
   plot.size(Plot::kPageWidth, kHeight);
@@ -69,11 +70,10 @@ std::string over_distance(const DescentReport& report, const char* title, const 
       low.push_back(c.*of - c.*sigma);
       high.push_back(c.*of + c.*sigma);
     }
-    constexpr int kBand = 6;
-    if (known) plot.band(distance, low, high, kBand, "");
+    if (known) plot.band(distance, low, high, static_cast<int>(r % 6), "");
     plot.line(distance, std::move(values), static_cast<int>(r % 6), report.runs[r]);
   }
-  return "<figure>\n" + plot.render() + "</figure>\n";
+  return as_figure(title, std::move(plot), fmt::format("{}.", title));
 }
 
 std::string plan_of_course(const DescentReport& report) {
@@ -104,18 +104,25 @@ std::string descents_page(const DescentReport& report, const std::string& versio
   }
   const std::string subtitle = fmt::format("piste {} · {} runs; the line is {}", escape_markup(version),
                                            report.runs.size(), escape_markup(report.how_line));
+  page::Drawing drawing;
+  const std::string gained = drawing.add({over_distance(report, "Time gained since the first gate", "[s]",
+                                                        &Crossing::gained, &Crossing::sigma_gained, 1)}),
+                    speed = drawing.add({over_distance(report, "Speed", "[m/s]", &Crossing::speed, nullptr, 0)}),
+                    offset = drawing.add({over_distance(report, "Distance to the right of the line", "[m]",
+                                                        &Crossing::offset, nullptr, 0)});
   return page::render(
       {.title = "Descents",
        .subtitle = subtitle,
+       .head = drawing.head(),
        .sections = {{"lost", "Where time was lost", summary + section_table(report)},
                     {"gained", "Time gained along the line",
                      "<p class=\"soft\">Falling: time is being lost against the first run. Bands are ± 1 sigma.</p>\n" +
-                         over_distance(report, "Time gained since the first gate", "[s]", &Crossing::gained,
-                                       &Crossing::sigma_gained, 1)},
-                    {"speed", "Speed", over_distance(report, "Speed", "[m/s]", &Crossing::speed, nullptr, 0)},
-                    {"offset", "Line",
-                     over_distance(report, "Distance to the right of the line", "[m]", &Crossing::offset, nullptr, 0)},
-                    {"plan", "Plan", plan_of_course(report)}}});
+                         gained},
+                    {"speed", "Speed", speed},
+                    {"offset", "Line", offset},
+                    {"plan", "Plan", plan_of_course(report)}},
+       .style = drawing.style(),
+       .scripts = drawing.scripts()});
 }
 
 std::string descents_text(const DescentReport& report) {

@@ -10,6 +10,7 @@
 #include "plot/markup.h"
 #include "plot/svg.h"
 #include "plot/thin.h"
+#include "report/drawing.h"
 #include "report/page.h"
 
 namespace piste {
@@ -92,33 +93,27 @@ std::string plan(const Evaluation& found) {
 }
 
 // The errors of one quantity over time, each with its band of ± 1 sigma, if there is one.
-std::string errors_over_time(const Evaluation& found, std::size_t first, const std::string& title,
-                             const std::string& unit, double factor) {
+std::vector<Figure> errors_over_time(const Evaluation& found, std::size_t first, const std::string& title,
+                                     const std::string& unit, double factor) {
   constexpr std::array<std::string_view, 3> kWays{"north", "east", "down"}, kAngles{"roll", "pitch", "heading"};
   if (std::isnan(found.rows.front().error[first])) return {};
-  std::string out;
+  std::vector<Figure> out;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string name(first == 6 ? kAngles[axis] : kWays[axis]);
-    Plot plot(fmt::format("{}: {}", title, name), {"time_s"}, {unit}, fmt::format("Error of {} over time", name));
+    Plot plot(fmt::format("{}: {}", title, name), {"time_s [s]"}, {unit}, fmt::format("Error of {} over time", name));
     plot.size(Plot::kPageWidth, kErrorHeight);
-    std::array<std::vector<double>, 2> all;
-    for (const ErrorRow& row : found.rows) {
-      all[0].push_back(factor * row.error[first + axis]);
-      all[1].push_back(factor * row.sigma[first + axis]);
-    }
     std::vector<double> time, error, low, high;
-    const bool sigma = !std::isnan(all[1].front());
-    if (!sigma) all[1].assign(all[1].size(), 0);
-    for (const std::size_t i : thin(all, kDrawn)) {
-      time.push_back(found.rows[i].time);
-      error.push_back(all[0][i]);
-      low.push_back(-all[1][i]);
-      high.push_back(all[1][i]);
+    for (const ErrorRow& row : found.rows) {
+      time.push_back(row.time);
+      error.push_back(factor * row.error[first + axis]);
+      high.push_back(factor * row.sigma[first + axis]);
+      low.push_back(-high.back());
     }
     constexpr int kBand = 6;
-    if (sigma) plot.band(time, low, high, kBand, "± 1 sigma of the estimate");
+    if (!std::isnan(high.front())) plot.band(time, low, high, kBand, "± 1 sigma of the estimate");
     plot.line(std::move(time), std::move(error), 0, "estimate − reference");
-    out += "<figure>\n" + plot.render() + "</figure>\n";
+    out.push_back(
+        as_figure(fmt::format("{}_{}", title, name), std::move(plot), fmt::format("Error of {} over time.", name)));
   }
   return out;
 }
@@ -154,13 +149,19 @@ std::string evaluation_page(const Evaluation& found, const std::string& version)
       {"errors", "Errors", "<div class=\"tables\">\n" + statistics_table(found) + "</div>\n"},
       {"sigmas", "Sigmas", share_table(found)},
       {"plan", "Plan", plan(found)}};
-  const auto add = [&](const char* name, const char* heading, std::string body) {
-    if (!body.empty()) sections.push_back({name, heading, std::move(body)});
+  page::Drawing drawing;
+  const auto add = [&](const char* name, const char* heading, const std::vector<Figure>& figures) {
+    if (!figures.empty()) sections.push_back({name, heading, drawing.add(figures)});
   };
   add("position", "Position over time", errors_over_time(found, 0, "Position", "[m]", 1));
   add("velocity", "Velocity over time", errors_over_time(found, 3, "Velocity", "[m/s]", 1));
   add("attitude", "Attitude over time", errors_over_time(found, 6, "Attitude", "[deg]", kDegreesPerRadian));
-  return page::render({.title = "Evaluation", .subtitle = subtitle, .sections = std::move(sections)});
+  return page::render({.title = "Evaluation",
+                       .subtitle = subtitle,
+                       .head = drawing.head(),
+                       .sections = std::move(sections),
+                       .style = drawing.style(),
+                       .scripts = drawing.scripts()});
 }
 
 std::string evaluation_text(const Evaluation& found) {

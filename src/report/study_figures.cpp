@@ -66,7 +66,7 @@ std::optional<Figure> delays(const std::vector<TimingRow>& rows, const PrintedTa
       "Mean over sensors and runs of scale' at that delay less scale' at none; bars: one standard error between runs. "
       "Forward is the regression of the reference on the IMU; a delay drives the two directions apart. ";
   if (scales) caption += fmt::format("Dotted: mean over the sensors of the article's {}. ", scales->name);
-  return Figure{fmt::format("timing_{}", triad.stem), plot.render(), caption + std::string(kSign)};
+  return as_figure(fmt::format("timing_{}", triad.stem), std::move(plot), caption + std::string(kSign));
 }
 
 std::vector<std::string> titles(const std::vector<RankingRow>& rows) {

@@ -12,6 +12,7 @@
 #include "piste/study/ranking.h"
 #include "piste/study/study_tables.h"
 #include "plot/markup.h"
+#include "report/drawing.h"
 #include "report/page.h"
 #include "report/study_article.h"
 #include "report/study_matrices.h"
@@ -98,8 +99,8 @@ std::string coverage_table(const Study& study) {
       {"method", "accel bias", "worst", "gyro bias", "worst", "accel scale", "worst", "gyro scale", "worst"}, rows));
 }
 
-std::string truth(const Study& study) {
-  return std::string(kWhyNotCovered) + coverage_table(study) + page::pictures(study_truth(study));
+std::string truth(const Study& study, page::Drawing& drawing) {
+  return std::string(kWhyNotCovered) + coverage_table(study) + drawing.add(study_truth(study));
 }
 
 // ---- Runs ----
@@ -173,22 +174,28 @@ std::string study_html(const Study& study, const std::string& version, const std
       fmt::format("piste {} · {} in {} · both signals {} · {}", escape_markup(version),
                   counted(study.sensors.size(), "IMU"), counted(study.runs.size(), "run"), band_of(study),
                   study.simulated ? "simulated: what was put in is known" : "recorded: the truth is not known");
+  page::Drawing drawing;
   std::vector<page::Section> sections{
       {"result", "Result", study_result(study, ranks)},
-      {"ranking", "Ranking", page::pictures(study_ranking(study))},
-      {"signals", "Signals", page::pictures(study_signals(study))},
-      {"estimates", "Biases and scales", page::pictures(study_estimates(study))},
-      {"correlation", "Bias and scale together", page::pictures(study_correlations(study))},
-      {"comparison", "Methods compared", page::pictures(study_comparisons(study)) + study_matrices(study)},
+      {"ranking", "Ranking", drawing.add(study_ranking(study))},
+      {"signals", "Signals", drawing.add(study_signals(study))},
+      {"estimates", "Biases and scales", drawing.add(study_estimates(study))},
+      {"correlation", "Bias and scale together", drawing.add(study_correlations(study))},
+      {"comparison", "Methods compared", drawing.add(study_comparisons(study)) + study_matrices(study)},
       {"tables", "Tables", study_page_tables(study, ranks)}};
-  if (study.simulated) sections.push_back({"truth", "Against the truth", truth(study)});
-  sections.push_back({"timing", "Timing errors", page::pictures(study_timing(study))});
+  if (study.simulated) sections.push_back({"truth", "Against the truth", truth(study, drawing)});
+  sections.push_back({"timing", "Timing errors", drawing.add(study_timing(study))});
   if (study.article) sections.push_back({"article", "What the article's numbers imply", article_section(study)});
   sections.push_back({"runs", "Runs", runs(study)});
   sections.push_back({"methods", "Methods", methods(study)});
   sections.push_back({"reading", "How to read it", std::string(kHowToRead)});
   sections.push_back({"configuration", "Configuration", fmt::format("<pre>{}</pre>\n", escape_markup(config_text))});
-  return page::render({.title = study.name, .subtitle = subtitle, .sections = sections});
+  return page::render({.title = study.name,
+                       .subtitle = subtitle,
+                       .head = drawing.head(),
+                       .sections = sections,
+                       .style = drawing.style(),
+                       .scripts = drawing.scripts()});
 }
 
 }  // namespace piste

@@ -8,12 +8,12 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "piste/report/study_figures.h"
 #include "plot/svg.h"
 #include "plot/svg_frame.h"
-#include "plot/thin.h"
 #include "report/study_bars.h"
 #include "report/study_words.h"
 
@@ -39,19 +39,14 @@ struct SignalCurve {
   std::vector<double> x, y;
 };
 
-/// `values` over `time` since its beginning, inside `window`, with a reduced number of points.
+/// `values` over `time` since its beginning, inside `window`.
 template <class Value>
 SignalCurve curve(const std::vector<double>& time, const std::optional<Interval>& window, const Value& value) {
-  SignalCurve all, out;
+  SignalCurve out;
   for (std::size_t i = 0; i < time.size(); ++i) {
     if (window && !window->contains(time[i])) continue;
-    all.x.push_back(time[i] - time.front());
-    all.y.push_back(value(i));
-  }
-  const std::array columns{all.y};
-  for (const std::size_t i : thin(columns, kCurvePoints)) {
-    out.x.push_back(all.x[i]);
-    out.y.push_back(all.y[i]);
+    out.x.push_back(time[i] - time.front());
+    out.y.push_back(value(i));
   }
   return out;
 }
@@ -105,10 +100,11 @@ Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) 
   };
   draw(p.measured[at(axis)], 0, "IMU", Plot::Stroke::kSolid);
   draw(p.reference[at(axis)], 1, "reference, turned and moved", Plot::Stroke::kSolid);
-  return {fmt::format("figure_07_{}", triad.stem), plot.render(),
-          fmt::format("The axis of the {} that the motion drives most, {}, beside the reference; the three phases are "
-                      "shaded.",
-                      triad.name, band_of(study))};
+  return as_figure(
+      fmt::format("figure_07_{}", triad.stem), std::move(plot),
+      fmt::format("The axis of the {} that the motion drives most, {}, beside the reference; the three phases are "
+                  "shaded.",
+                  triad.name, band_of(study)));
 }
 
 Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool after) {
@@ -134,9 +130,9 @@ Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool 
   for (const SignalCurve& mean : means) {
     plot.line(mean.x, mean.y, svg::kInk, &mean == means.data() ? "mean" : "", Plot::Stroke::kDashed);
   }
-  return {fmt::format("figure_{}_{}", after ? "10" : "09", triad.stem), plot.render(),
-          fmt::format("What the bias at rest is the mean of, {}; dashed: the mean of what is drawn. {}", band_of(study),
-                      kSign)};
+  return as_figure(
+      fmt::format("figure_{}_{}", after ? "10" : "09", triad.stem), std::move(plot),
+      fmt::format("What the bias at rest is the mean of, {}; dashed: the mean. {}", band_of(study), kSign));
 }
 
 }  // namespace

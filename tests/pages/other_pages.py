@@ -1,10 +1,15 @@
-"""The pages of the other programs in a headless Chromium: no error, no request, light and dark, whole on a phone.
+"""The pages of the other programs in a headless Chromium: no error, no request, light and dark, whole on a phone, curves that are
+those of the files.
 
 usage: other_pages.py APPS SOURCE WORK [PICTURES]
 Ends with 77, which ctest shows as skipped, where there is no Chromium.
 """
 
+import csv
+import json
+import math
 import pathlib
+import random
 import shutil
 import subprocess
 import sys
@@ -21,7 +26,7 @@ def check(right, text):
 
 
 def make_pages(apps, source, work):
-    """Runs the programs that take seconds. The page of each, and whether it draws."""
+    """Runs the programs that take seconds. The page of each."""
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
 
@@ -38,15 +43,82 @@ def make_pages(apps, source, work):
         f"reference: {{file: logs/ln200.csv, format: csv, sensor: {sensors}/ln200.yaml, axes: +x +y +z, sampling: mean}}\n")
     run("compare", "pair.yaml", "--output", "compare")
     run("montecarlo", source / "config/scenarios/easy_ski.yaml", "--runs", 2, "--output", "montecarlo")
-    return [("inspect", work / "inspect/inspection.html", True), ("compare", work / "compare/alignment.html", False),
-            ("montecarlo", work / "montecarlo/consistency.html", False)]
+    noise = random.Random(56)
+    with open(work / "rest.csv", "w") as file:
+        file.write("time_s,gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2\n")
+        wandered = 0.0
+        for k in range(60000):
+            wandered += noise.gauss(0, 2e-4)
+            row = [noise.gauss(wandered, 0.05) for _ in range(3)] + [noise.gauss(-9.81 * (axis == 2), 0.02) for axis in range(3)]
+            file.write(f"{k / 100:.2f}," + ",".join(f"{v:.6f}" for v in row) + "\n")
+    run("allan", "rest.csv", "--output", "allan")
+    run("replay", source / "config/ski_run.yaml", "--output", "replay")
+    run("evaluate", "replay", data / "truth.csv", "--output", "evaluate")
+    (work / "other.yaml").write_text(f"base: {source}/config/ski_run.yaml\noutages: [[302500, 10]]\n")
+    run("replay", "other.yaml", "--output", "other")
+    run("descents", "one=replay", "two=other", "--output", "descents")
+    (work / "tuned.yaml").write_text(f"base: {source}/config/ski_run.yaml\nspan: {{start: 302490 s, end: 302550 s}}\n")
+    run("tune", "tuned.yaml", "--output", "tune")
+    (work / "campaign.yaml").write_text(
+        "low_pass: 12 Hz\nruns:\n  - name: ski-1\n    activity: ski\n"
+        f"    reference: {{file: logs/ln200.csv, format: csv, sensor: {sensors}/ln200.yaml, axes: +x +y +z, sampling: mean}}\n"
+        "    gnss: {file: logs/gnss_l1l2.csv, format: csv, lever_arm: 0 0 0 m}\n    phases: auto\n    mems:\n"
+        f"      - {{name: MT-9A 1, file: logs/mt9a_1.csv, format: csv, sensor: {sensors}/xsens_mt9a.yaml, axes: +x +y +z, sampling: mean}}\n")
+    run("study", "campaign.yaml", "--output", "study")
+    return {"inspect": work / "inspect/inspection.html", "compare": work / "compare/alignment.html",
+            "montecarlo": work / "montecarlo/consistency.html", "allan": work / "allan/allan.html",
+            "evaluate": work / "evaluate/evaluation.html", "descents": work / "descents/descents.html", "tune": work / "tune/tune.html",
+            "study": work / "study/study.html"}
 
 
-def look_at(browser, name, page, draws, pictures):
+def rows_of(path):
+    with open(path) as file:
+        return list(csv.DictReader(file))
+
+
+def check_charts(browser, name):
+    """Each chart has curves, and zooms to the window that is asked for; charts of one axis do so together."""
+    for chart in browser.run("Object.keys(piste.charts)"):
+        handle = f"piste.charts[{json.dumps(chart)}]"
+        whole = browser.run(f"{handle}.window().time")
+        start, end = whole[0] + 0.4 * (whole[1] - whole[0]), whole[0] + 0.6 * (whole[1] - whole[0])
+        browser.run(f"{handle}.show({start}, {end})")
+        shown, curves = browser.run(f"[{handle}.window().time, {handle}.curves()]")
+        near = 1e-6 * (whole[1] - whole[0])
+        check(abs(shown[0] - start) < near and abs(shown[1] - end) < near, f"{name}, {chart}: {shown} in place of {start} to {end}")
+        check(len({c["label"] for c in curves}) == len(curves), f"{name}, {chart}: curves of one name")
+        browser.run("document.getElementById('reset').click()")
+        browser.run(f"{handle}.show({whole[0]}, {whole[1]})")
+        curves = browser.run(f"{handle}.curves()")
+        there = sum(v is not None for c in curves for v in c["value"])
+        check(there >= 1 and all(len({len(c[k]) for k in ("t", "value", "low", "high")}) == 1 for c in curves), f"{name}, {chart}: {there} values")
+    browser.run("document.getElementById('reset').click()")
+
+
+def check_allan(browser, work):
+    """The dots are the rows of allan.csv, with their intervals, above the model; a process has one colour on all axes."""
+    colours = {}
+    for axis in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"):
+        curves = browser.run(f"piste.charts.{axis}.show(0.001, 1e4).then(() => piste.charts.{axis}.curves())")
+        check(curves[-1]["label"] == "measured", f"allan, {axis}: {curves[-1]['label']} is drawn last")
+        factor = 180 / math.pi if axis.startswith("gyro") else 1
+        for column, key in (("adev", "value"), ("lci", "low"), ("uci", "high")):
+            drawn = {round(t, 4): v for t, v in zip(curves[-1]["t"], curves[-1][key])}
+            wanted = {round(float(r["tau_s"]), 4): factor * float(r[f"{axis}_{column}"]) for r in rows_of(work / "allan/allan.csv")
+                      if r[f"{axis}_{column}"]}
+            check(wanted and all(drawn.get(t) is not None and abs(drawn[t] - v) < 1e-3 * v for t, v in wanted.items() if math.isfinite(v)),
+                  f"allan, {axis}_{column}: {drawn}, and the file has {wanted}")
+    for chart in browser.run("JSON.parse(document.getElementById('page-data').textContent).charts"):
+        for curve in chart["curves"]:
+            check(colours.setdefault(curve["label"], curve["colour"]) == curve["colour"], f"allan: {curve['label']} has two colours")
+    check(len(set(colours.values())) == len(colours), f"allan: two curves of one colour: {colours}")
+
+
+def look_at(browser, name, page, pictures):
     for dark in (False, True):
         for width, height in ((1400, 900), (390, 844)):
             browser.open(page, width, height, dark)
-            browser.wait("document.readyState === 'complete'" + (" && window.piste" if draws else ""))
+            browser.wait("document.readyState === 'complete' && (window.piste || !document.getElementById('page-data'))")
             browser.run("document.querySelectorAll('details').forEach(d => d.open = true)")
             browser.run("new Promise(done => setTimeout(done, 300))")
             what = f"{name}, {'dark' if dark else 'light'}, {width} px"
@@ -72,8 +144,15 @@ def main():
     apps, source, work = map(pathlib.Path, sys.argv[1:4])
     pictures = sys.argv[4] if len(sys.argv) > 4 else None
     with chromium.Chromium() as browser:
-        for name, page, draws in make_pages(apps, source, work):
-            look_at(browser, name, page, draws, pictures)
+        for name, page in make_pages(apps, source, work).items():
+            browser.open(page)
+            browser.wait("document.readyState === 'complete' && (window.piste || !document.getElementById('page-data'))")
+            check(name == "tune" or browser.run("!!window.piste"), f"{name} has no charts")
+            if browser.run("!!window.piste"):
+                check_charts(browser, name)
+            if name == "allan":
+                check_allan(browser, work)
+            look_at(browser, name, page, pictures)
     print("all is as it should be" if not failures else f"{len(failures)} failures")
     return 1 if failures else 0
 

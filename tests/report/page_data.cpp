@@ -1,10 +1,8 @@
 // What a page carries is what the data are: columns to their steps, every innovation, charts by their names.
 
 #include <gtest/gtest.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <boost/beast/zlib/inflate_stream.hpp>
 #include <cmath>
 #include <map>
 #include <string>
@@ -14,6 +12,7 @@
 #include "piste/replay/replay.h"
 #include "piste/report/html.h"
 #include "piste/sim/random.h"
+#include "report/packed_columns.h"
 #include "report/packed_table.h"
 #include "report/replay_charts.h"
 #include "report/synthetic_run.h"
@@ -22,75 +21,8 @@
 namespace piste {
 namespace {
 
-std::string from_base64(const std::string& text) {
-  static const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  std::uint32_t bits = 0;
-  int have = 0;
-  for (const char c : text) {
-    const std::size_t digit = digits.find(c);
-    if (digit == std::string::npos) break;
-    bits = (bits << 6) | static_cast<std::uint32_t>(digit);
-    have += 6;
-    if (have < 8) continue;
-    have -= 8;
-    out += static_cast<char>((bits >> have) & 0xffU);
-  }
-  return out;
-}
-
-std::string inflated(const std::string& bytes, std::size_t most) {
-  namespace zlib = boost::beast::zlib;
-  zlib::inflate_stream stream;
-  std::string out(most, '\0');
-  zlib::z_params z;
-  z.next_in = bytes.data();
-  z.avail_in = bytes.size();
-  z.next_out = out.data();
-  z.avail_out = out.size();
-  boost::beast::error_code error;
-  stream.write(z, zlib::Flush::finish, error);
-  EXPECT_EQ(z.avail_in, 0U) << error.message();
-  out.resize(z.total_out);
-  return out;
-}
-
-/// The columns of a table as the script of a page reads them.
-std::map<std::string, std::vector<double>> columns_of(const std::string& json) {
-  const YAML::Node table = YAML::Load(json);  // JSON is YAML
-  const auto rows = table["rows"].as<std::size_t>();
-  const std::string bytes =
-      inflated(from_base64(table["data"].as<std::string>()), 16 * (rows + 1) * table["columns"].size());
-  std::map<std::string, std::vector<double>> out;
-  for (const YAML::Node& column : table["columns"]) {
-    auto at = column["at"].as<std::size_t>();
-    const auto order = column["order"].as<int>();
-    const auto step = column["step"].as<double>();
-    std::array<double, 3> before{};
-    std::vector<double>& values = out[column["name"].as<std::string>()];
-    for (std::size_t i = 0; i < rows; ++i) {
-      double number = 0, weight = 1;
-      unsigned char byte = 0;
-      do {
-        byte = static_cast<unsigned char>(bytes.at(at++));
-        number += (byte & 0x7fU) * weight;
-        weight *= 128;
-      } while ((byte & 0x80U) != 0);
-      if (number == 0) {
-        values.push_back(std::nan(""));
-        continue;
-      }
-      number -= 1;
-      double value = std::fmod(number, 2) == 1 ? -(number + 1) / 2 : number / 2;
-      for (int k = order - 1; k >= 0; --k) {
-        value += before[static_cast<std::size_t>(k)];
-        before[static_cast<std::size_t>(k)] = value;
-      }
-      values.push_back(column["log"].as<bool>() ? std::exp(value * step) : value * step);
-    }
-  }
-  return out;
-}
+using test::columns_of;
+using test::inflated;
 
 std::map<std::string, std::vector<double>> table_of(const page::Data& data, const std::string& name) {
   for (const auto& [table, json] : data.tables) {

@@ -2,6 +2,8 @@
 /// A small check that markup nests, and the part of a page that it is for.
 
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace piste::test {
@@ -35,10 +37,22 @@ inline std::string not_well_formed(const std::string& xml) {
   return open.empty() ? "" : "<" + open.back() + "> is never closed";
 }
 
-/// What a page has between <main> and the end of its body.
+/// What a page has between <main> and the end of its body, without its scripts.
 inline std::string body_of(const std::string& page) {
-  const std::size_t from = page.find("<main>"), to = page.find("</body>");
-  return page.substr(from, to - from);
+  constexpr std::string_view kEnd = "</main>";
+  const std::size_t from = page.find("<main>"), to = page.find(kEnd);
+  return page.substr(from, to + kEnd.size() - from);
+}
+
+/// A page without its styles and its scripts but for the numbers of the charts.
+inline std::string without_libraries(std::string page) {
+  for (const auto& [open, close] :
+       {std::pair<std::string, std::string>{"<style>", "</style>"}, {"<script>", "</script>"}}) {
+    for (std::size_t at = page.find(open); at != std::string::npos; at = page.find(open, at)) {
+      page.erase(at, page.find(close, at) + close.size() - at);
+    }
+  }
+  return page;
 }
 
 }  // namespace piste::test

@@ -20,6 +20,12 @@ class Chart {
       button.addEventListener('click', () => act(this));
       tools.append(button);
     }
+    if (this.axis !== time) {
+      const over = document.createElement('span');
+      over.className = 'soft';
+      over.textContent = `over ${this.axis.column}`;
+      title.append(' ', over);
+    }
     heading.append(title, this.legend, tools);
     this.box = document.createElement('div');
     this.box.className = 'chart';
@@ -192,11 +198,15 @@ class Chart {
     return valueText(value[i], sigma ? sigma[i] : NaN, this.spec.unit);
   }
 
-  drawn() {
+  // Of each curve what the library has been given.
+  curvesDrawn() {
     if (!this.graph || this.stale) this.unfold();
-    const s = this.series[0] || {t: [], value: [], low: [], high: []};
     const plain = values => Array.from(values, v => Number.isFinite(v) ? v : null);
-    return {t: Array.from(s.t, x => this.axis.value(x)), value: plain(s.value), low: plain(s.low), high: plain(s.high)};
+    return this.series.map((s, k) => ({label: this.spec.curves[k].label, t: Array.from(s.t, x => this.axis.value(x)), value: plain(s.value), low: plain(s.low), high: plain(s.high)}));
+  }
+  drawn() {
+    const {t, value, low, high} = this.curvesDrawn()[0] || {t: [], value: [], low: [], high: []};
+    return {t, value, low, high};
   }
   unfold() {
     for (let e = this.place.parentElement; e; e = e.parentElement) if (e.tagName === 'DETAILS') e.open = true;

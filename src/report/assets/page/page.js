@@ -18,7 +18,7 @@ function addCharts(specs) {
     const chart = new Chart(spec, place);
     charts.push(chart);
     chart.axis.charts.push(chart);
-    handles[spec.name] = {show: (a, b) => chart.show(a, b), drawn: () => chart.drawn(),
+    handles[spec.name] = {show: (a, b) => chart.show(a, b), drawn: () => chart.drawn(), curves: () => chart.curvesDrawn(),
       window: () => ({time: chart.axis.view.map(x => chart.axis.value(x)), value: chart.graph ? chart.graph.yAxisRange() : null})};
     seen.observe(place);
   }
