@@ -13,8 +13,11 @@
 namespace piste {
 namespace {
 
+constexpr double kShownLeast = 0.5e-4;  // s: what rounds to more than nothing
+
 // `+0.1234 ± 0.0004`, without a sigma where it is not known.
 std::string gained_text(double gained, double sigma) {
+  if (std::abs(gained) < kShownLeast) gained = 0;
   return std::isfinite(sigma) ? fmt::format("{:+.4f} ± {:.4f}", gained, sigma) : fmt::format("{:+.4f}", gained);
 }
 
@@ -24,13 +27,15 @@ std::string most_text(const DescentReport& report, std::size_t r) {
   const Section &worst = *std::min_element(report.sections.begin(), report.sections.end(), by),
                 &best = *std::max_element(report.sections.begin(), report.sections.end(), by);
   const Crossing& end = report.gates.back().runs[r];
-  std::string text = fmt::format("{} {} {} s on {} in all", report.runs[r], end.gained < 0 ? "lost" : "gained",
-                                 gained_text(std::abs(end.gained), end.sigma_gained).substr(1), report.runs[0]);
-  if (worst.gained[r] < 0) {
+  std::string text = std::abs(end.gained) < kShownLeast
+                         ? fmt::format("{} took as long as {} in all", report.runs[r], report.runs[0])
+                         : fmt::format("{} {} {} s on {} in all", report.runs[r], end.gained < 0 ? "lost" : "gained",
+                                       gained_text(std::abs(end.gained), end.sigma_gained).substr(1), report.runs[0]);
+  if (worst.gained[r] < -kShownLeast) {
     text += fmt::format("; most was lost from {} to {}: {} s", worst.from, worst.to,
                         gained_text(-worst.gained[r], worst.sigma[r]).substr(1));
   }
-  if (best.gained[r] > 0) {
+  if (best.gained[r] > kShownLeast) {
     text += fmt::format("; most was gained from {} to {}: {} s", best.from, best.to,
                         gained_text(best.gained[r], best.sigma[r]).substr(1));
   }

@@ -46,10 +46,12 @@ std::string first_place(const std::vector<RankingRow>& first) {
         "nothing.",
         quoted(first.front().method), first.front().score);
   }
+  const std::string least = fmt::format("{:.2f}", first.front().score),
+                    most = fmt::format("{:.2f}", first.back().score);
   return fmt::format(
-      "<strong>{} methods tie for the best navigation</strong>: {}. Their errors are {:.2f} to {:.2f} times those of a "
+      "<strong>{} methods tie for the best navigation</strong>: {}. Their errors are {} times those of a "
       "replay that knows nothing; the 95 % intervals of their ratios hold 1, or the ratios are 1.00.",
-      first.size(), enumeration(first), first.front().score, first.back().score);
+      first.size(), enumeration(first), least == most ? least : fmt::format("{} to {}", least, most));
 }
 
 /// The best of the competitors that do not share the first place. Empty if all do.

@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::string_view kHowToReadTuning =
     R"(<p>The <strong>likelihood</strong> of the innovations is that of what the receivers and the reference measured, given the noise
-that is stated. <code>tune</code> seeks the noise for which it is largest, together with a prior about what was stated.</p>
+that is stated. <code>tune</code> seeks the noise for which it is largest, together with a weak <strong>prior</strong> about what
+was stated.</p>
 <p>The <strong>interval</strong> holds a number with 95 %, by likelihood and prior together. A number is <strong>determined</strong> if
 the data halve the prior's sigma at least and the interval is within a factor of 3; the others stay near what was stated.</p>
 <p><strong>NIS</strong> of each source should be 1 within its error: then the sigmas of its innovations are true.</p>
@@ -52,17 +53,25 @@ std::string intervals(const Tuning& tuning) {
   plot.limit_x(std::max(least, 1 / kFurthest) / kRoom, std::min(most, kFurthest) * kRoom);
   plot.line({1, 1}, {-0.5, static_cast<double>(names.size()) - 0.5}, svg::kInk, "as stated", Plot::Stroke::kDashed);
   if (!of[0].empty()) plot.bars(of[0], at[0], low[0], high[0], 0, "determined", Plot::Along::kX);
-  if (!of[1].empty()) plot.bars(of[1], at[1], low[1], high[1], 5, "not determined by the data", Plot::Along::kX);
+  if (!of[1].empty()) plot.bars(of[1], at[1], low[1], high[1], 6, "not determined by the data", Plot::Along::kX);
   return page::pictures({{"noise", plot.render(), "Each number over what was stated before, with its 95 % interval."}});
+}
+
+// The 95 % interval of a number before any data.
+std::string prior_text(const TunedNoise& n) {
+  if (!(n.prior > 0 && n.start > 0)) return {};
+  const double reach = std::exp(n.prior * normal_quantile(0.975));
+  return fmt::format("{} to {}", plain(n.start / reach), plain(n.start * reach));
 }
 
 std::string numbers(const Tuning& tuning) {
   std::vector<page::Row> rows;
   for (const TunedNoise& n : tuning.numbers) {
-    rows.push_back({n.name, n.unit.empty() ? "factor" : n.unit, plain(n.start), plain(n.value),
+    rows.push_back({n.name, n.unit.empty() ? "factor" : n.unit, plain(n.start), prior_text(n), plain(n.value),
                     fmt::format("{} to {}", plain(n.low), plain(n.high)), n.determined ? "yes" : "no"});
   }
-  return page::wide(page::table("", {"number", "unit", "before", "estimate", "95 %", "determined"}, rows));
+  return page::wide(
+      page::table("", {"number", "unit", "before", "prior, 95 %", "estimate", "95 %", "determined"}, rows));
 }
 
 std::string sources(const Tuning& tuning) {

@@ -30,7 +30,8 @@ TunedNoise number(std::string name, std::string unit, double start, double value
           .value = value,
           .low = value * std::exp(about.low),
           .high = value * std::exp(about.high),
-          .determined = reach < kToldMore * width * normal_quantile(0.975) && reach < std::log(kWidest)};
+          .determined = reach < kToldMore * width * normal_quantile(0.975) && reach < std::log(kWidest),
+          .prior = width};
 }
 
 LogInterval by_curvature(double variance) {

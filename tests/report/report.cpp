@@ -137,14 +137,14 @@ TEST(Html, AnUncertainVerdictNamesWhatDecided) {
 
 TEST(TuningPage, HasEveryNumberWithItsInterval) {
   Tuning tuning;
-  tuning.numbers = {{"gyro.noise", "deg/s/sqrt(Hz)", 0.05, 0.051, 0.0494, 0.0524, true},
+  tuning.numbers = {{"gyro.noise", "deg/s/sqrt(Hz)", 0.05, 0.051, 0.0494, 0.0524, true, 2.302585},
                     {"gnss[0].sigma_scale", "", 1, 1.3, 0.4, 4, false}};
   tuning.likelihood = 12.5;
   tuning.rows = 321;
   tuning.nis = {{"gnss[0].position", 100, 1.02, 0.03}};
   const std::string page = tuning_page(tuning, "run <1>", "name: <x>", "1");
   for (const char* part : {"run &lt;1&gt;", "<td class=\"number\">0.0494 to 0.0524</td>", "1 of 2", "12.5", "321 rows",
-                           "1.02 ± 0.03", "name: &lt;x&gt;", "not determined by the data", "<b>Figure 1.</b>"}) {
+                           "1.02 ± 0.03", "<td class=\"number\">0.000548 to 4.56</td>", "name: &lt;x&gt;", "not determined by the data", "<b>Figure 1.</b>"}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;
   }
   EXPECT_NE(tuning_page({}, "", "", "").find("</html>"), std::string::npos);

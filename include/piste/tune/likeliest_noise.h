@@ -55,6 +55,7 @@ struct TunedNoise {
   double low = 0, high = 0;  ///< its 95 % interval, by the likelihood and the prior
   /// Whether the data tell it: they halved the prior's 1-sigma at least, and the interval is within a factor of 3.
   bool determined = false;
+  double prior = 0;  ///< 1-sigma of its logarithm about `start` before any data; 0: not known
 };
 
 /// Mean normalised innovation squared of a source, per row: 1 where the sigmas are right. Of the stretches that were

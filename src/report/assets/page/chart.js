@@ -182,7 +182,8 @@ class Chart {
     this.spec.curves.forEach((c, k) => {
       const part = document.createElement('span');
       const colour = document.createElement('i');
-      colour.style.background = this.colour(k);
+      colour.style.borderColor = this.colour(k);
+      colour.className = this.dotted(k) ? 'dots' : c.label === 'gate' ? 'dashed' : c.stroke === 'none' ? 'area' : c.stroke || '';
       const text = this.spec.curves.length > 1 || !shown ? c.label + ' ' : '';
       part.append(colour, text + (shown ? this.valueAt(k, cursor) : ''));
       this.legend.append(part);
