@@ -40,18 +40,42 @@ bool holds_ubx(std::string_view head) {
   return false;
 }
 
-// `$GPGGA,` and the like: a talker of two letters, and a sentence of NMEA.
-bool holds_nmea(std::string_view head) {
+// Whether a text begins with a sentence of NMEA without its `$`: a talker of two letters, and its name.
+bool names_sentence(std::string_view name) {
   constexpr std::array<std::string_view, 10> kSentences{"GGA", "RMC", "GST", "VTG", "ZDA",
                                                         "GSA", "GSV", "GLL", "GNS", "TXT"};
+  return name.size() > 4 && std::isupper(static_cast<unsigned char>(name[0])) != 0 &&
+         std::find(kSentences.begin(), kSentences.end(), name.substr(2, 3)) != kSentences.end();
+}
+
+// Whether nearly all lines hold a sentence behind a comma: behind a stamp, and no field of a log of several sensors.
+bool has_stamped_sentences(std::string_view head) {
+  constexpr double kNearly = 0.9;
+  double lines = 0, sentences = 0;
+  TextReader reader("", TextReader::Separator::kComma, head.substr(0, head.rfind('\n')));
+  while (reader.next()) {
+    ++lines;
+    const std::size_t at = reader.line().find(",$");
+    sentences += at != std::string_view::npos && names_sentence(reader.line().substr(at + 2)) ? 1 : 0;
+  }
+  return lines > 0 && sentences > kNearly * lines;
+}
+
+// `$GPGGA,` and the like.
+bool holds_nmea(std::string_view head) {
   for (std::size_t at = head.find('$'); at != std::string_view::npos; at = head.find('$', at + 1)) {
     const std::string_view name = head.substr(at + 1, 6);
     const bool within = at > 0 && head[at - 1] == ',';  // a field of a log of several sensors
-    if (!within && name.size() == 6 && name[5] == ',' &&
-        std::find(kSentences.begin(), kSentences.end(), name.substr(2, 3)) != kSentences.end())
-      return true;
+    if (!within && name.size() == 6 && name[5] == ',' && names_sentence(name)) return true;
   }
-  return false;
+  return has_stamped_sentences(head);
+}
+
+// How often a frame or a sentence stands in a text.
+std::size_t count_of(std::string_view text, std::string_view part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string_view::npos; at = text.find(part, at + part.size())) ++count;
+  return count;
 }
 
 // Whether a comment of Xsens states the rate. Without it the rate follows from the samples' own time.
@@ -60,11 +84,12 @@ bool states_rate(std::string_view head) {
   return lower.starts_with("//") && (has(lower, "sample rate") || has(lower, "update rate"));
 }
 
-// Whether the first sentences of NMEA stand behind a frame of u-blox or two, and no position among these: receivers
-// answer a configuration so.
+constexpr std::string_view kPvt{"\xB5\x62\x01\x07"}, kPosLlh{"\xB5\x62\x01\x02"};
+
+// Whether sentences of NMEA stand between frames of u-blox of which none, or few beside them, is a position: receivers
+// answer a configuration so, and programs ask for single ones.
 bool is_nmea_with_frames(std::string_view content) {
-  constexpr std::string_view kPvt{"\xB5\x62\x01\x07"};
-  return !has(content, kPvt) && holds_nmea(content);
+  return holds_nmea(content) && 2 * count_of(content, kPvt) < count_of(content, "GGA,") + count_of(content, "GNS,") + 1;
 }
 
 // Whether a line is a row of a solution of RTKLIB, of date and time, or week and seconds, and 13 numbers.
@@ -90,6 +115,34 @@ LogGuess found_by(LogKind kind, LogFormat format, std::string why) {
   guess.format = format;
   guess.why = std::move(why);
   return guess;
+}
+
+// Frames of u-blox whose positions are in messages that are not read, or of which too few are.
+LogGuess guess_ubx(const std::string& file, std::string_view content) {
+  constexpr std::size_t kFew = 10;
+  const std::size_t pvt = count_of(content, kPvt), others = count_of(content, kPosLlh);
+  if (pvt < kFew && others > pvt) {
+    throw DataError(file + ":1", fmt::format("has {} NAV-PVT of u-blox, and its places stand in {} NAV-POSLLH, which "
+                                             "piste does not read, as they tell neither date nor kind of fix; let the "
+                                             "receiver write NAV-PVT, or convert the log to NMEA with GGA and RMC",
+                                             pvt == 0 ? "no" : fmt::format("only {}", pvt), others));
+  }
+  if (pvt == 0 && !has(content, "\xB5\x62\x0D\x03") && !has(content, "\xB5\x62\x01\x3C")) {
+    throw DataError(file + ":1",
+                    "has frames of u-blox and no NAV-PVT among them, so that no place is in it; let the receiver write "
+                    "NAV-PVT (raw measurements are for RTKLIB, whose solution piste reads)");
+  }
+  return found_by(LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62");
+}
+
+// NMEA needs a place with a height.
+LogGuess guess_nmea(const std::string& file, std::string_view content, std::string why) {
+  if (!has(content, "GGA,") && !has(content, "GNS,")) {
+    throw DataError(file + ":1",
+                    "has sentences of NMEA, and neither GGA nor GNS among them: RMC and GLL have no height; let the "
+                    "receiver write GGA beside RMC");
+  }
+  return found_by(LogKind::kGnss, LogFormat::kNmea, std::move(why));
 }
 
 void put_aside(LogGuess& guess, std::string why) {
@@ -159,21 +212,19 @@ std::optional<LogGuess> guess_csv(std::string_view header) {
   return std::nullopt;
 }
 
-/// What rows of `time latitude longitude height` and three sigmas never are, as those of a calendar: places that are
-/// whole numbers and stay, and sigmas that are whole numbers.
+/// What rows of `time latitude longitude height` never are, as those of a calendar or a clock: places in whole degrees.
 class UnlikePlaces {
  public:
   void take(const TextReader& reader) {
-    for (std::size_t i = 1; i < 4; ++i) whole_ = whole_ && is_whole(reader.number(i));
-    sigmas_ += is_whole(reader.number(4)) && is_whole(reader.number(5)) ? 1 : 0;
+    for (std::size_t i = 1; i < 3; ++i) whole_ = whole_ && is_whole(reader.number(i));
     ++rows_;
   }
-  bool is_sure() const { return rows_ > 2 && whole_ && sigmas_ == rows_; }
+  bool is_sure() const { return rows_ > 2 && whole_; }
 
  private:
   static bool is_whole(double value) { return value == std::floor(value); }
   bool whole_ = true;
-  std::size_t sigmas_ = 0, rows_ = 0;
+  std::size_t rows_ = 0;
 };
 
 // Rows of plain numbers. IMU and receiver may both have seven columns; the size of the numbers separates them.
@@ -255,14 +306,33 @@ constexpr std::string_view kNoKitti =
     "rows of KITTI's oxts without their times, which stand in timestamps.txt; and their places are of a filter that "
     "has used this IMU, so that a replay of both counts it twice: give the logs of a receiver and of an IMU themselves";
 
+constexpr std::string_view kNoSheet =
+    "sentences of NMEA that a spreadsheet or a program has rewritten: the `$` or the commas between the fields are "
+    "lost, and with them digits; give the receiver's own log, or import and export the lines as text";
+
+// Whether a line is a sentence of NMEA without its dollar, or with other marks than commas between the fields.
+bool is_rewritten_nmea(std::string_view line) {
+  const std::size_t first = line.find_first_not_of("\"$ ");
+  if (first == std::string_view::npos || !names_sentence(line.substr(first))) return false;
+  const std::string_view behind = line.substr(first + 5);
+  return behind.starts_with(',') || behind.starts_with(';') || behind.starts_with('\t') || behind.starts_with('"');
+}
+
+// Whether a text begins with a list of objects, on one line or several.
+bool is_json_array(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n", 1);
+  return text.starts_with('[') && first != std::string_view::npos && text[first] == '{';
+}
+
 // Why a log of a known kind cannot be used, and what could be; empty if it is of none.
 std::string_view why_unusable(std::string_view head) {
   const std::string_view line = head.substr(0, head.find('\n')),
                          text = head.substr(head.find_first_not_of(" \t\r\n\xEF\xBB\xBF"));
   if (head.starts_with("$VN")) return kNoVectorNav;
   if (has(line, " -> ") && std::isdigit(static_cast<unsigned char>(line.front())) != 0) return kNoArrow;
-  if (text.starts_with('{') || text.starts_with("[{")) return kNoJson;
+  if (text.starts_with('{') || is_json_array(text)) return kNoJson;
   if (text.starts_with("<?xml") || text.starts_with("<gpx") || text.starts_with("<kml")) return kNoGpx;
+  if (is_rewritten_nmea(text.substr(0, text.find('\n')))) return kNoSheet;
   return is_kitti(head.substr(0, head.find('\n'))) ? kNoKitti : std::string_view();
 }
 
@@ -277,9 +347,9 @@ LogGuess guess_log(const std::string& file, std::string_view content) {
     if (auto logs = guess_novatel(content)) return *logs;
   }
   if (holds_ubx(head) && is_nmea_with_frames(content))
-    return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences such as $GPGGA, between frames without a position");
-  if (holds_ubx(head)) return found_by(LogKind::kGnss, LogFormat::kUbx, "frames that begin with B5 62");
-  if (holds_nmea(head)) return found_by(LogKind::kGnss, LogFormat::kNmea, "sentences such as $GPGGA");
+    return guess_nmea(file, content, "sentences such as $GPGGA, between frames without a position");
+  if (holds_ubx(head)) return guess_ubx(file, content);
+  if (holds_nmea(head)) return guess_nmea(file, content, "sentences such as $GPGGA");
   if (has(head, "Counter") && has(head, "Acc_X") && states_rate(head))
     return found_by(LogKind::kImu, LogFormat::kXsensAscii, "columns Counter and Acc_X");
   if (head.starts_with("%") && (has(head, "latitude(") || has(head, "ecef(m)") || has(head, "-baseline(m)")))

@@ -22,6 +22,9 @@ using std::chrono::days;
 using std::chrono::sys_days;
 
 constexpr double kKnot = 1852 / kHour;  // m/s
+constexpr std::string_view kNoGeoid =
+    "the geoid separation is empty, and others are not, so that the height above the ellipsoid is not known; let the "
+    "receiver write it, or use a log in another format";
 
 /// How the sentences of a file are written.
 struct Dialect {
@@ -33,6 +36,7 @@ struct Place {
   Geodetic position;
   FixQuality quality = FixQuality::kUnknown;
   bool above_sea = false;  ///< the height is, as the geoid's is not stated
+  bool repeats = false;    ///< of GNS, which may stand beside a GGA of the same time
 };
 
 /// The contents of one sentence.
@@ -44,6 +48,7 @@ struct Contents {
   std::optional<Vector3d> sigma;
   Correlation correlation = Correlation::Zero();
   std::optional<Vector3d> velocity;  ///< north, east; down is not stated
+  bool untimed = false;              ///< the velocity has no time of its own
   bool without_fix = false;
   bool estimated = false;  ///< the receiver says that it dead-reckons
   bool unchecked = false;  ///< read without a right checksum
@@ -118,6 +123,17 @@ FixQuality quality_of(const Sentence& s) {
   s.fail(fmt::format("quality `{}` of GGA; 0 to 6 are fixes that a receiver measured", s.text(kIndicator)));
 }
 
+// The best of GNS's modes, one letter a constellation. Nothing if none has a fix.
+std::optional<FixQuality> quality_of_modes(std::string_view modes) {
+  using enum FixQuality;
+  constexpr std::array<std::pair<char, FixQuality>, 6> kBestFirst{
+      {{'R', kFixed}, {'P', kPrecise}, {'F', kFloat}, {'D', kDifferential}, {'A', kSingle}, {'E', kDeadReckoned}}};
+  for (const auto& [letter, quality] : kBestFirst) {
+    if (modes.find(letter) != std::string_view::npos) return quality;
+  }
+  return std::nullopt;
+}
+
 // Of a sentence that may be the first of its epoch.
 Contents opening(const Sentence& s, std::size_t fields) {
   s.require_fields(fields);
@@ -138,12 +154,30 @@ Contents read_gga(const Sentence& s) {
   place.quality = quality_of(s);
   place.above_sea = s.text(11).empty();
   if (place.above_sea && s.dialect().geoid) {
-    s.fail(
-        "the geoid separation is empty, and others are not, so that the height above the ellipsoid is not known; let "
-        "the receiver write it, or use a log in another format");
+    s.fail(std::string(kNoGeoid));
   }
   const double geoid = place.above_sea ? 0 : s.metres(11);
   place.position = geodetic_degrees(s.angle(2, 'N', 'S'), s.angle(4, 'E', 'W'), s.metres(9) + geoid);
+  contents.place = place;
+  return contents;
+}
+
+// The place of several constellations together, which receivers write instead of GGA, or beside it.
+Contents read_gns(const Sentence& s) {
+  Contents contents = opening(s, 11);
+  const auto quality = quality_of_modes(s.text(6));
+  if (!quality) {
+    contents.without_fix = true;
+    return contents;
+  }
+  if (!contents.time_of_day) s.fail("a fix without its time of day");
+  Place place;
+  place.quality = *quality;
+  place.repeats = true;
+  place.above_sea = s.text(10).empty();
+  if (place.above_sea && s.dialect().geoid) s.fail(std::string(kNoGeoid));
+  const double geoid = place.above_sea ? 0 : s.number(10);
+  place.position = geodetic_degrees(s.angle(2, 'N', 'S'), s.angle(4, 'E', 'W'), s.number(9) + geoid);
   contents.place = place;
   return contents;
 }
@@ -163,16 +197,19 @@ Contents read_gst(const Sentence& s) {
   return contents;
 }
 
+Vector3d velocity_along(double knots, double course) {
+  const double direction = kDegree * course;
+  return kKnot * knots * Vector3d(std::cos(direction), std::sin(direction), 0);
+}
+
 Contents read_rmc(const Sentence& s) {
   Contents contents = opening(s, 11);
   if (s.text(2) != "A") return contents;  // the clock may be free
   constexpr std::size_t kMode = 12;
   contents.estimated = s.fields() > kMode && s.text(kMode) == "E";
   const auto knots = s.find(7), course = s.find(8);
-  if (knots && (course || *knots == 0)) {  // a receiver that stands need not know a course
-    const double direction = kDegree * course.value_or(0);
-    contents.velocity = kKnot * *knots * Vector3d(std::cos(direction), std::sin(direction), 0);
-  }
+  if (knots && (course || *knots == 0))  // a receiver that stands need not know a course
+    contents.velocity = velocity_along(*knots, course.value_or(0));
   if (const auto packed = s.find(9)) {
     const double day = std::floor(*packed / 1e4), month = std::floor(*packed / 100) - 100 * day,
                  year = *packed - 1e4 * day - 100 * month;
@@ -181,11 +218,14 @@ Contents read_rmc(const Sentence& s) {
   return contents;
 }
 
+// Of the epoch that is open, as VTG has no time.
 Contents read_vtg(const Sentence& s) {
   s.require_fields(8);
-  s.find(1);
-  s.find(5);
-  return {};
+  const auto course = s.find(1), knots = s.find(5);
+  Contents contents;
+  if (knots && (course || *knots == 0)) contents.velocity = velocity_along(*knots, course.value_or(0));
+  contents.untimed = true;
+  return contents;
 }
 
 // Stamped when sent: its time need not be that of the fix.
@@ -218,7 +258,14 @@ std::string_view sentence_in(std::string_view line) {
     const std::size_t end = line.find_last_not_of(marks);
     return end == std::string_view::npos || end < start ? std::string_view() : line.substr(start, end + 1 - start);
   };
+  // Behind the checksum there may be a stamp.
   constexpr std::size_t kChecksum = 3;
+  constexpr std::string_view kHex = "0123456789ABCDEFabcdef", kBehind = ",; \t\"";
+  const std::size_t star = line.find('*', start), end = star + kChecksum;
+  const bool cut = star != std::string_view::npos && end < line.size() &&
+                   kBehind.find(line[end]) != std::string_view::npos &&
+                   line.substr(star + 1, 2).find_first_not_of(kHex) == std::string_view::npos;
+  if (cut) return line.substr(start, end - start);
   const std::string_view checked = up_to(", \t\"");  // without one, empty fields are the sentence's own
   const bool ends = checked.size() > kChecksum && checked[checked.size() - kChecksum] == '*';
   return ends ? checked : up_to(" \t\"");
@@ -248,8 +295,12 @@ Contents read_sentence(TextReader& reader, const Dialect& dialect) {
   if (unchecked) body = unchecked_body(sentence);
   const std::string_view name = body->substr(0, body->find(','));
   if (name.size() != 5 || name.starts_with('P') || sentence.starts_with('!')) return {};
-  constexpr std::array<std::pair<std::string_view, Contents (*)(const Sentence&)>, 5> kSentences{
-      {{"GGA", read_gga}, {"GST", read_gst}, {"RMC", read_rmc}, {"VTG", read_vtg}, {"ZDA", read_zda}}};
+  constexpr std::array<std::pair<std::string_view, Contents (*)(const Sentence&)>, 6> kSentences{{{"GGA", read_gga},
+                                                                                                  {"GNS", read_gns},
+                                                                                                  {"GST", read_gst},
+                                                                                                  {"RMC", read_rmc},
+                                                                                                  {"VTG", read_vtg},
+                                                                                                  {"ZDA", read_zda}}};
   for (const auto& [kind, read] : kSentences) {
     if (name.substr(2) != kind) continue;
     reader.split(*body);
@@ -263,7 +314,7 @@ Contents read_sentence(TextReader& reader, const Dialect& dialect) {
 // How the sentences of a file are written: without checksums if of many not one has a right one, as some loggers leave
 // them out, and a spreadsheet rewrites the numbers; without the geoid if no GGA states it.
 Dialect dialect_of(const LogFile& log) {
-  constexpr std::size_t kMany = 10, kGeoid = 11;
+  constexpr std::size_t kMany = 10, kGeoidOfGga = 11, kGeoidOfGns = 10;
   Dialect dialect{false, false};
   std::size_t sentences = 0;
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
@@ -273,9 +324,11 @@ Dialect dialect_of(const LogFile& log) {
     ++sentences;
     dialect.checked = dialect.checked || nmea_body(sentence);
     const std::string_view body = unchecked_body(sentence);
-    if (dialect.geoid || body.size() < 5 || body.substr(2, 3) != "GGA") continue;
+    const std::string_view kind = body.size() < 5 ? std::string_view() : body.substr(2, 3);
+    if (dialect.geoid || (kind != "GGA" && kind != "GNS")) continue;
+    const std::size_t geoid = kind == "GGA" ? kGeoidOfGga : kGeoidOfGns;
     reader.split(body);
-    dialect.geoid = reader.fields().size() > kGeoid && !reader.fields()[kGeoid].empty();
+    dialect.geoid = reader.fields().size() > geoid && !reader.fields()[geoid].empty();
   }
   dialect.checked = dialect.checked || sentences < kMany;
   return dialect;
@@ -356,6 +409,10 @@ class EpochReader {
   }
   void add(const Contents& contents) {
     if (contents.opens_epoch && contents.time_of_day) open_.time_of_day = contents.time_of_day;
+    if (contents.place && open_.place && (contents.place->repeats || open_.place->repeats)) {
+      if (!contents.place->repeats) open_.place = contents.place;
+      return;
+    }
     if (contents.place && open_.place) {
       reader_.fail("a second GGA of the same time; keep those of one receiver, and of one talker",
                    RowFault::Kind::kTimeRepeated);
@@ -368,7 +425,8 @@ class EpochReader {
       open_.sigma = contents.sigma;
       open_.correlation = contents.correlation;
     }
-    if (contents.velocity) open_.velocity = contents.velocity;
+    if (contents.velocity && !(contents.untimed && (open_.velocity || !open_.time_of_day)))
+      open_.velocity = contents.velocity;
     open_.estimated = open_.estimated || contents.estimated;
     if (contents.date && contents.time_of_day == open_.time_of_day) open_.date = contents.date;
   }
@@ -437,8 +495,8 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
   if (is_for_use(faults) && log.sigma_velocity && !has_velocity && !gnss.fixes.empty()) {
     throw DataError(
         log.file,
-        "no RMC with status A gives a fix its speed and course; let the receiver write RMC as often as GGA, "
-        "or take `sigma_velocity` out of the configuration");
+        "no RMC with status A gives a fix its speed and course, nor does a VTG; let the receiver write RMC as often as "
+        "GGA, or take `sigma_velocity` out of the configuration");
   }
   return gnss;
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "support/datasets.h"
 #include "support/receiver_logs.h"
@@ -110,10 +111,78 @@ TEST(LogGuess, SaysHowToPutRightWhatIsNoTable) {
   const auto why = [](const std::string& text) { return message_of<DataError>([&] { guess_log("log.txt", text); }); };
   EXPECT_TRUE(contains(why("09:17:31.050 -> 12, -5, 1024\n09:17:31.060 -> 13, -5, 1020\n"), "` -> `"));
   EXPECT_TRUE(contains(why("{\"t\": 1, \"ax\": 0.1}\n{\"t\": 2, \"ax\": 0.1}\n"), "holds JSON"));
+  EXPECT_TRUE(contains(why("[\n {\n  \"t\": 1,\n  \"ax\": 0.1\n }\n]\n"), "holds JSON")) << "over several lines";
   EXPECT_TRUE(contains(why("<?xml version=\"1.0\"?>\n<gpx><trk/></gpx>\n"), "holds GPX"));
   EXPECT_TRUE(contains(why("time,lat,lon,alt\n2023,46.1,7.2,450.1\n1,46.1001,7.2001,450.2\n3,46.1002,7.2002,450.1\n"
                            "5,46.1003,7.2003,450.3\n"),
                        "column `time` keeps falling back (it falls back at row 2, from 2023 to 1)"));
+}
+
+// Stamps before the sentences of a receiver, and sentences as a field of other logs.
+TEST(LogGuess, SentencesBehindAStamp) {
+  const std::string gga = test::nmea("GNGGA,100000,4630.0,N,00715.0,W,1,12,0.8,1550.0,M,50.0,M,,");
+  std::string stamped, several;
+  for (int i = 0; i < 20; ++i) {
+    stamped += fmt::format("{},1707307200.{:03},{}", i, 20 * i, gga);
+    several += fmt::format("IMU,{},0.1,0.2\nIMU,{},0.1,0.2\nNMEA,{},{}", i, i, i, gga);
+  }
+  EXPECT_EQ(guess_log("putty.csv", stamped).format, LogFormat::kNmea);
+  try {
+    EXPECT_NE(guess_log("all.csv", several).format, LogFormat::kNmea);
+  } catch (const DataError& e) {
+    EXPECT_TRUE(contains(e.what(), "none of the logs"));
+  }
+}
+
+TEST(LogGuess, SaysWhatAReceiverDoesNotWrite) {
+  const auto why = [](const std::string& text) { return message_of<DataError>([&] { guess_log("log.txt", text); }); };
+  EXPECT_TRUE(
+      contains(why(test::nmea("GNRMC,100000,A,4630.0,N,00715.0,W,0.0,,080725,,,A")), "RMC and GLL have no height"));
+  EXPECT_TRUE(contains(why("GNGGA,100000,4630.0,N,00715.0,W,1,12,0.8,1550,M,50,M,,\n"), "has rewritten"));
+  EXPECT_TRUE(contains(why("$GNGGA;100000;4630,0;N;715,0;W;1;12;0,8;1550;M;50;M;;\n"), "has rewritten"));
+  std::string old;
+  for (int i = 0; i < 20; ++i) old += test::ubx(1, 2, std::string(28, '\0'));
+  EXPECT_TRUE(contains(why(old), "has no NAV-PVT of u-blox, and its places stand in 20 NAV-POSLLH"));
+  const std::string pvt = test::ubx(1, 7, test::nav_pvt(1000).text());
+  EXPECT_TRUE(contains(why(pvt + old), "has only 1 NAV-PVT"));
+  EXPECT_TRUE(contains(why(test::ubx(2, 0x15, std::string(16, '\0'))), "no NAV-PVT among them"));
+}
+
+// A program asks for single positions while the receiver writes sentences.
+TEST(LogGuess, SentencesOutnumberFrames) {
+  std::string text = test::ubx(1, 7, test::nav_pvt(1000).text());
+  for (int i = 0; i < 9; ++i)
+    text += test::nmea(fmt::format("GNGGA,10000{},4630.0,N,00715.0,W,1,12,0.8,1550.0,M,50.0,M,,", i));
+  EXPECT_EQ(guess_log("com.ubx", text).format, LogFormat::kNmea);
+}
+
+// Numbers that begin with the time of day in three columns are no rows of KF-GINS.
+TEST(LogGuess, FourteenNumbersThatAreNotKfGins) {
+  std::string text;
+  for (int i = 0; i < 400; ++i) {
+    const double t = 0.25 * i;
+    text += fmt::format("{:.2f} 9 {} {:.2f} {:.8f} {:.8f} {:.3f} 4 17 0.8 {:.3f} 31.5 23 12.6\n", t, 31 + i / 240,
+                        std::fmod(t, 60), 46.5 + 1e-6 * i, 7.25 + 2e-6 * i, 612 + 0.01 * i, 5 + 0.1 * std::sin(t));
+  }
+  const LogGuess guess = guess_log("pos.txt", text);
+  ASSERT_EQ(guess.format, LogFormat::kColumns);
+  EXPECT_EQ(guess.columns->find("latitude")->names, std::vector<std::string>{"5"});
+  EXPECT_EQ(guess.columns->find("height")->names, std::vector<std::string>{"7"});
+  EXPECT_EQ(guess.columns->time.name, "1");
+}
+
+// Speeds near 10 m/s beside a place are no forces: they vanish at rest.
+TEST(LogGuess, VelocitiesAreNoForces) {
+  std::string text;
+  for (int i = 0; i < 500; ++i) {
+    const double t = 0.2 * i, v = i < 80 ? 0 : 9.6 + 0.5 * std::sin(t), course = 0.1 * t;
+    text += fmt::format("2300 {:.1f} {:.9f} {:.9f} {:.4f} 1 14 0.02 0.02 0.03 {:.3f} {:.3f} {:.3f} 0.9\n", 216000 + t,
+                        46.5 + 1e-6 * i, 7.25 + 2e-6 * i, 612 + 0.01 * i, v * std::cos(course) + 0.01 * (i % 3),
+                        v * std::sin(course) + 0.01 * (i % 4), 0.01 * (i % 5));
+  }
+  const LogGuess guess = guess_log("pos.txt", text);
+  EXPECT_EQ(guess.kind, LogKind::kGnss);
+  EXPECT_EQ(guess.columns->find("latitude")->names, std::vector<std::string>{"3"});
 }
 
 TEST(LogGuess, RowsOfRtklibWithoutTheirHeader) {

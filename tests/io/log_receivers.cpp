@@ -47,6 +47,57 @@ std::string rmc(const std::string& time, const std::string& date) {
   return nmea("GPRMC," + time + ",A,4630.0,N,00715.0,W,0.0,," + date + ",,,A");
 }
 
+// As receivers of several constellations write it, also beside GGA.
+TEST(Nmea, PlacesOfGns) {
+  const auto gns = [](const std::string& time, const std::string& modes, const std::string& geoid) {
+    return nmea("GNGNS," + time + ",4630.0,N,00715.0,W," + modes + ",15,0.6,1550.0," + geoid + ",1.0,0001");
+  };
+  const auto gnss =
+      stated_nmea(gns("100000", "RRN", "50.0") + rmc("100000", "080725") + gns("100001", "FA", "50.0") +
+                  gns("100002", "NN", "") + gns("100003", "AA", "50.0") + nmea("GPGGA,100003" + kGgaTail));
+  ASSERT_EQ(gnss.fixes.size(), 3u);
+  EXPECT_DOUBLE_EQ(gnss.fixes[0].position.height, 1600);
+  EXPECT_EQ(gnss.fixes[0].quality, FixQuality::kFixed);
+  EXPECT_EQ(gnss.fixes[1].quality, FixQuality::kFloat);
+  EXPECT_EQ(gnss.fixes[2].quality, FixQuality::kSingle);
+  EXPECT_EQ(gnss.without_fix, 1u);
+  const auto bare = stated_nmea(gns("100000", "A", "") + rmc("100000", "080725"));
+  ASSERT_EQ(bare.fixes.size(), 1u);
+  EXPECT_DOUBLE_EQ(bare.fixes[0].position.height, 1550);
+  EXPECT_EQ(bare.above_sea, 1u);
+}
+
+// It has no time: it is of the epoch that is open, unless RMC states the velocity.
+TEST(Nmea, VelocitiesOfVtg) {
+  const auto vtg = [](const std::string& knots) { return nmea("GPVTG,90.00,T,,M," + knots + ",N,,K,A"); };
+  const std::string text = vtg("1.0") + nmea("GPGGA,100000" + kGgaTail) + vtg("10.0") +
+                           nmea("GPZDA,100000,08,07,2025,00,00") + nmea("GPGGA,100001" + kGgaTail) +
+                           rmc("100001", "080725") + vtg("10.0") + nmea("GPGGA,100002" + kGgaTail);
+  LogFile log = log_of(text, LogFormat::kNmea);
+  log.sigma = Vector3d(2, 3, 4);
+  log.sigma_velocity = Vector3d::Constant(0.1);
+  const auto gnss = read_gnss(log);
+  ASSERT_EQ(gnss.fixes.size(), 3u);
+  ASSERT_TRUE(gnss.fixes[0].velocity);
+  EXPECT_NEAR(gnss.fixes[0].velocity->value.y(), 10 * 1852 / 3600.0, 1e-12);
+  ASSERT_TRUE(gnss.fixes[1].velocity);
+  EXPECT_EQ(gnss.fixes[1].velocity->value.y(), 0) << "of RMC";
+  EXPECT_FALSE(gnss.fixes[2].velocity);
+}
+
+// A stamp before and behind a sentence leaves its checksum what it is.
+TEST(Nmea, StampsAroundASentence) {
+  const std::string gga = nmea("GPGGA,100000" + kGgaTail), date = rmc("100000", "080725");
+  const auto stamped = [](const std::string& line, const std::string& behind) {
+    return "12;2025-07-08;\"" + line.substr(0, line.size() - 2) + behind + "\n";
+  };
+  for (const char* behind : {"\";", ",1707307242.2", "\t17:00:01"}) {
+    const auto gnss = stated_nmea(stamped(date, behind) + stamped(gga, behind));
+    EXPECT_EQ(gnss.fixes.size(), 1u) << behind;
+    EXPECT_EQ(gnss.unchecked, 0u) << behind;
+  }
+}
+
 TEST(Nmea, EpochOfFourSentences) {
   const auto gnss = nmea_of(nmea_epoch("193418.50") + nmea_epoch("193419.00"));
   ASSERT_EQ(gnss.fixes.size(), 2u);
