@@ -248,8 +248,13 @@ class FixReader {
       if (!value) return Place::kNone;
       if (i < now.size()) now[i] = *value;
     }
+    for (std::size_t i = 0; i < now.size(); ++i) changed_[i] = !last_ || (*last_)[i] != now[i];
     return std::exchange(last_, now) == now ? Place::kSame : Place::kNew;
   }
+
+  /// Which of latitude and longitude made the last new place.
+  using Changed = std::array<bool, 2>;
+  const Changed& changed() const { return changed_; }
 
   /// Whether the receiver says that it has a fix: by the column `fix`, by an accuracy above zero, as iOS and
   /// Android, and by a place that is there.
@@ -401,22 +406,36 @@ class FixReader {
   std::array<bool, 2> minutes_{};
   std::optional<Column> geoid_;
   std::optional<std::array<double, 2>> last_;
+  Changed changed_{};
   NedColumns sigma_, velocity_, sigma_velocity_;
   std::vector<Column> covariance_;
   std::optional<Column> horizontal_, vertical_, speed_, course_, speed_accuracy_, course_accuracy_, fix_, quality_;
 };
+
+/// The rows of a log that repeat the last fix.
+struct HeldRows {
+  std::size_t settled = 0;  ///< half the usual number of rows from one new place to the next
+  std::size_t apart =
+      0;  ///< within which the longitude follows the latitude, or this that; 0 where both change at once
+};
+
+// Whether one coordinate made the one place, and the other coordinate the other.
+bool are_other(const FixReader::Changed& one, const FixReader::Changed& other) {
+  return one[0] != one[1] && other[0] == one[1] && other[1] == one[0];
+}
 
 /// Takes one fix of the rows that repeat it. Its time is that of the first of them. A logger may set place, height and
 /// speed in different rows, as sentences arrive: the other values are those half-way to the next place, where all of
 /// one fix and none of the next have arrived.
 class HeldFixes {
  public:
-  /// `settled`: rows behind the first.
-  HeldFixes(FixReader& fixes, ColumnClock& clock, std::size_t settled, GnssRecording& gnss)
-      : fixes_(fixes), clock_(clock), settled_(settled), gnss_(gnss) {}
+  HeldFixes(FixReader& fixes, ColumnClock& clock, HeldRows rows, GnssRecording& gnss)
+      : fixes_(fixes), clock_(clock), rows_(rows), gnss_(gnss) {}
 
   void row() {
-    const FixReader::Place place = fixes_.place();
+    FixReader::Place place = fixes_.place();
+    if (place == FixReader::Place::kNew && time_ && age_ < rows_.apart && are_other(first_, fixes_.changed()))
+      place = FixReader::Place::kSame;
     if (place != FixReader::Place::kSame) end();
     if (place == FixReader::Place::kNone) return;
     if (place == FixReader::Place::kNew) {
@@ -425,8 +444,9 @@ class HeldFixes {
         return;
       }
       age_ = 0;
+      first_ = fixes_.changed();
       time_ = clock_.next();
-    } else if (!time_ || ++age_ > settled_) {
+    } else if (!time_ || ++age_ > rows_.settled) {
       return;
     }
     const double time = *std::exchange(time_, std::nullopt);  // a row that cannot be read ends the fix
@@ -444,28 +464,57 @@ class HeldFixes {
  private:
   FixReader& fixes_;
   ColumnClock& clock_;
-  std::size_t settled_, age_ = 0;
+  HeldRows rows_;
+  std::size_t age_ = 0;
+  FixReader::Changed first_{};
   GnssRecording& gnss_;
   std::optional<double> time_;
   std::optional<GeodeticFix> fix_;
 };
 
-// Half the usual number of rows from one new place to the next.
-std::size_t rows_to_settle(const LogFile& log) {
+// Each new place of a log: the rows since the one before, and what made it.
+struct NewPlace {
+  std::size_t rows;
+  FixReader::Changed changed;
+};
+
+std::vector<NewPlace> new_places(const LogFile& log) {
   ColumnReader reader(log.file, *log.columns, log.content);
   FixReader fixes(log, reader, true);
-  std::vector<double> lengths;
-  double length = 0;
+  std::vector<NewPlace> places;
+  std::size_t rows = 0;
   RowFaults unreadable;
   for_each_row(
       &unreadable, [&] { return reader.next(); },
       [&] {
         const FixReader::Place place = fixes.place();
-        if (place == FixReader::Place::kNew && length > 0) lengths.push_back(length);
-        if (place != FixReader::Place::kSame) length = 0;
-        if (place != FixReader::Place::kNone) ++length;
+        if (place == FixReader::Place::kNew && rows > 0) places.push_back({rows, fixes.changed()});
+        if (place != FixReader::Place::kSame) rows = 0;
+        if (place != FixReader::Place::kNone) ++rows;
       });
-  return lengths.empty() ? 0 : static_cast<std::size_t>(median(std::move(lengths)) / 2);
+  return places;
+}
+
+HeldRows held_rows(const LogFile& log) {
+  std::vector<NewPlace> places = new_places(log);
+  if (places.empty()) return {};
+  HeldRows held;
+  std::vector<double> behind;  // rows from one coordinate to the other, where a place of both halves follows
+  for (std::size_t k = 1; k < places.size(); ++k) {
+    if (are_other(places[k - 1].changed, places[k].changed) && 2 * places[k].rows < places[k - 1].rows)
+      behind.push_back(static_cast<double>(places[k].rows));
+  }
+  constexpr std::size_t kMostly = 3;  // of the new places, every second one: two in six, where some change in one row
+  if (kMostly * behind.size() > places.size()) held.apart = static_cast<std::size_t>(median(std::move(behind))) + 1;
+  std::vector<double> lengths;
+  double length = 0;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    length += static_cast<double>(places[k].rows);
+    if (k > 0 && places[k].rows <= held.apart && are_other(places[k - 1].changed, places[k].changed)) continue;
+    lengths.push_back(std::exchange(length, 0.0));
+  }
+  held.settled = static_cast<std::size_t>(median(std::move(lengths)) / 2);
+  return held;
 }
 
 }  // namespace
@@ -500,7 +549,7 @@ GnssRecording read_gnss_columns(const LogFile& log, RowFaults* faults) {
   GnssRecording gnss;
   gnss.file = log.file;
   if (log.columns->only_new) {
-    HeldFixes held(fixes, clock, rows_to_settle(log), gnss);
+    HeldFixes held(fixes, clock, held_rows(log), gnss);
     for_each_row(
         faults, [&] { return reader.next(); }, [&] { held.row(); });
     held.end();

@@ -268,6 +268,30 @@ TEST_F(Columns, WhatChangesARowLaterBelongsToThePlace) {
   }
 }
 
+// A parser that sets the latitude in one row and the longitude in the next: one fix, and not two of half a place.
+TEST_F(Columns, TheOtherHalfOfAPlaceIsNoNewFix) {
+  const auto read = [&](int apart) {
+    std::string rows = "t,lat,lon,h\n0.00,0,0,0\n0.02,0,0,0\n";
+    for (int fix = 0, row = 2; fix < 20; ++fix) {
+      for (int k = 0; k < 10; ++k, ++row) {
+        const int before = fix > 0 ? 200 + fix - 1 : 0;
+        rows += fmt::format("{:.2f},46.{:04},{}.{:04},300\n", 0.02 * row, 100 + fix, k < apart && fix == 0 ? 0 : 7,
+                            k < apart ? before : 200 + fix);
+      }
+    }
+    return gnss(rows, "sigma: 1 1 1 m, columns: {time: {name: t, unit: s}, " + kPlace + ", only_new: true}");
+  };
+  for (const int apart : {0, 1, 3}) {
+    const GnssRecording found = read(apart);
+    ASSERT_EQ(found.fixes.size(), 20U) << apart;
+    for (int fix = 0; fix < 20; ++fix) {
+      const GeodeticFix& at = found.fixes[static_cast<std::size_t>(fix)];
+      EXPECT_NEAR(at.time, 0.04 + 0.2 * fix, 1e-9);
+      EXPECT_NEAR(at.position.longitude / kDegree, 7.02 + 1e-4 * fix, 1e-9) << apart;
+    }
+  }
+}
+
 TEST_F(Columns, QualitiesOfFixes) {
   const auto read = [&](const std::string& of, const std::array<std::string, 4>& values, const std::string& more) {
     std::string rows = "t,lat,lon,h,Q\n";
