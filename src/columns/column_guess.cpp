@@ -27,6 +27,9 @@ namespace piste {
 namespace {
 
 constexpr double kRightAngle = 90;  // deg
+constexpr std::string_view kEarthCentred =
+    "metres from the middle of the Earth (ECEF), which piste does not read: convert them to latitude, longitude and "
+    "height, such as with out-solformat=llh in RTKLIB,";
 
 // Days since power-up in one unit look like a time since 1970 in the next, at a thousandth of the pace. The limits are
 // such that an IMU of 1 kHz and a receiver of 20 Hz are not mistaken, and an IMU of 2 Hz and a receiver with a fix
@@ -47,6 +50,8 @@ class Guesser {
   }
 
   std::optional<LogGuess> guess() {
+    refuse_earth_centred();
+    refuse_text_of_places();
     if (one("latitude") && one("longitude")) return with_body(receiver_alone());
     if (!table_.header && !has_triads_by_values()) {
       if (auto places = receiver_by_values()) return places;
@@ -147,9 +152,10 @@ class Guesser {
       receiver->columns->only_new = true;
       // Where rows of the IMU repeat the last fix, the logger's time is not that of the fix.
       const bool own_rows = 2 * rows_of_places().rows < table_.rows;
-      const bool stamped = own_rows && receiver->columns->time.of != TimeScale::kBoot;
+      const bool stamped = receiver->columns->time.of != TimeScale::kBoot;
+      const bool own_stamps = own_rows || (stamped && receiver->columns->time != body->columns->time);
       if (stamped && body->columns->time.of == TimeScale::kBoot) receiver->boot_time = body->columns->time;
-      if (!own_rows || !receiver->boot_time || *receiver->boot_time != body->columns->time) receiver->boot_time.reset();
+      if (!own_stamps || receiver->boot_time != body->columns->time) receiver->boot_time.reset();
       receiver->why += ", beside those of an IMU: each new place is a fix";
       body->beside.push_back(std::move(*receiver));
     } else {
@@ -194,7 +200,7 @@ class Guesser {
       const auto found = group("accel", "xyz", m.group);
       if (!found) continue;
       const ColumnTriad t{(*found)[0], (*found)[1], (*found)[2]};
-      if (is_gravity(usual_magnitude(table_, t))) return t;
+      if (holds_gravity(table_, t)) return t;
     }
     return first;
   }
@@ -264,12 +270,47 @@ class Guesser {
                     beside, quantity, quantity == "time" ? "time_s" : "height_m"));
   }
 
+  // Three columns as long as the way from the middle of the Earth are a place in ECEF.
+  void refuse_earth_centred() const {
+    if (one("latitude") || has_body()) return;
+    const auto unknown = [&](std::size_t c) { return meanings_[c].key.empty() || meanings_[c].key == "axis"; };
+    for (std::size_t c = 0; c + 2 < table_.columns.size(); ++c) {
+      if (!unknown(c) || !unknown(c + 1) || !unknown(c + 2) || !is_earth_centred({c, c + 1, c + 2})) continue;
+      throw DataError(file_ + ":1", fmt::format("has places as {} in columns {}, {} and {}", kEarthCentred,
+                                                table_.name_of(c), table_.name_of(c + 1), table_.name_of(c + 2)));
+    }
+  }
+
+  bool is_earth_centred(const ColumnTriad& t) const {
+    constexpr double kNearest = 6.3e6, kFarthest = 6.5e6;  // m from the middle of the Earth
+    constexpr double kFarOff = 1e5;                        // two of three are, but for a counter beside small numbers
+    const double length = usual_magnitude(table_, t);
+    return length > kNearest && length < kFarthest &&
+           std::count_if(t.begin(), t.end(), [&](std::size_t c) { return largest(c) > kFarOff; }) > 1;
+  }
+
+  // Places in words, such as 46° 30.1' N, are no numbers in any row.
+  void refuse_text_of_places() const {
+    for (const std::string_view key : {"latitude", "longitude"}) {
+      const auto column = one(key);
+      if (!column || table_.rows < 2) continue;
+      const SampledColumn& c = table_.columns[*column];
+      const bool number = std::any_of(c.values.begin(), c.values.end(), [](double v) { return std::isfinite(v); });
+      if (number || c.first().empty()) continue;
+      throw DataError(file_ + ":1",
+                      fmt::format("has no number in its column `{}`, but text such as `{}`; write degrees "
+                                  "with a point, such as 46.0973 or -7.2286, negative in the south and "
+                                  "the west",
+                                  table_.name_of(*column), c.first()));
+    }
+  }
+
   // ---- Kinds ----
 
   std::optional<LogGuess> imu() {
     auto gyro = part_ == Part::kAccel ? std::nullopt : triad("gyro");
     auto accel = part_ == Part::kGyro ? std::nullopt : forces();
-    if (part_ != Part::kGyro && (!accel || !is_gravity(usual_magnitude(table_, *accel)))) {
+    if (part_ != Part::kGyro && (!accel || !holds_gravity(table_, *accel))) {
       if (const auto sum = parted_force(accel)) {
         accel = sum;
         added_ = triad("gravity");
@@ -381,13 +422,7 @@ class Guesser {
 
   // Why such columns are of neither triad of an IMU: a magnitude other than gravity does not prove gyroscopes.
   std::string why_no_body(const ColumnTriad& t) const {
-    constexpr double kNearest = 6.3e6, kFarthest = 6.5e6;  // m from the middle of the Earth
-    const double length = usual_magnitude(table_, t);
-    if (length > kNearest && length < kFarthest) {
-      return "positions from the middle of the Earth (ECEF): convert them to latitude, longitude and height, such as "
-             "with "
-             "out-solformat=llh in RTKLIB";
-    }
+    if (is_earth_centred(t)) return std::string("places as ") + std::string(kEarthCentred);
     if (named("mag") || named("compass")) return "of a magnetometer, as its name says";
     if (named_gyroscopes() || is_of_forces(t)) return {};
     return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
@@ -397,7 +432,7 @@ class Guesser {
   // kSmooth.
   Part part_of_force(const ColumnTriad& t) const {
     constexpr double kSmooth = 1e-5;  // of gravity
-    if (!is_gravity(usual_magnitude(table_, t))) return Part::kLinear;
+    if (!holds_gravity(table_, t)) return Part::kLinear;
     return named("grav") || magnitude_scatter(table_, t) < kSmooth ? Part::kGravity : Part::kAccel;
   }
 
@@ -413,6 +448,12 @@ class Guesser {
     double most = 0;
     for (const double v : table_.columns[column].values) most = std::isfinite(v) ? std::max(most, std::abs(v)) : most;
     return most;
+  }
+
+  // Whether a column of accuracies was never set: no fix has an accuracy of zero, and the log has places.
+  bool is_unset(std::size_t column) const {
+    const auto& values = table_.columns[column].values;
+    return std::none_of(values.begin(), values.end(), [](double v) { return v > 0; });
   }
 
   // Degrees if a receiver's angles go beyond them, in u-blox' integers.
@@ -505,6 +546,7 @@ class Guesser {
     if (!timed && has_body()) return std::nullopt;
     if (!height) lacks("height", "latitude and longitude");
     if (!timed) lacks("time", "a receiver");
+    if (has_body()) prefer_held_stamp();
     const std::string angle = place_unit();
     const bool integers = angle == "1e-7 deg" && !has_unit(*one("latitude"), dimension::kAngle);
     const bool millimetres = (integers && table_.columns[*height].is_whole()) || in_millimetres(*height);
@@ -523,7 +565,10 @@ class Guesser {
       use("sigma", *sigma, dimension::kLength, length).axes = {"north", "east", "up"};
     } else if (const auto down = group("sigma", "ned")) {
       use("sigma", *down, dimension::kLength, length);
-    } else if (const auto across = one("horizontal_accuracy")) {
+    } else if (const auto across = one("horizontal_accuracy"); across && is_unset(*across)) {
+      doubts_.push_back(
+          fmt::format("{}: never above zero, and of no row then, so that it is not used", table_.name_of(*across)));
+    } else if (across) {
       const std::size_t vertical = one("vertical_accuracy").value_or(*across);
       use("horizontal_accuracy", {*across}, dimension::kLength, table_.columns[*across].is_whole() ? length : "m");
       use("vertical_accuracy", {vertical}, dimension::kLength, table_.columns[vertical].is_whole() ? length : "m");
@@ -538,11 +583,52 @@ class Guesser {
       if (c.words.back() == "type") {
         fix_type(*fix);
       } else if (c.has("quality") && c.is_whole() && largest(*fix) <= kMostKinds) {
-        use("quality", {*fix}, dimension::kRatio, "").of = "nmea";  // 0 is none
+        use_quality(*fix, "nmea");  // 0 is none
       }
     }
     find_quality();
     return taken(LogKind::kGnss, LogGuess::Part::kWhole, "columns named as those of a receiver");
+  }
+
+  // A column of qualities by their numbers, unless it leaves out every row.
+  void use_quality(std::size_t column, const std::string& of) {
+    const auto quality = of == "nmea" ? log_formats::quality_of_nmea : log_formats::quality_of_rtklib;
+    const auto& values = table_.columns[column].values;
+    if (std::none_of(values.begin(), values.end(), [&](double v) { return quality(v).has_value(); })) {
+      doubts_.push_back(
+          fmt::format("{}: says of every row that it has no fix, so that it is not used", table_.name_of(column)));
+      return;
+    }
+    use("quality", {column}, dimension::kRatio, "").of = of;
+  }
+
+  // The receiver's own time, where rows of the IMU repeat the last fix: a time that changes as the place does, and
+  // runs as the time of the rows.
+  void prefer_held_stamp() {
+    const std::array<std::size_t, 2> place{*one("latitude"), *one("longitude")};
+    const auto changes = [&](std::size_t column, std::size_t row) {
+      const auto& texts = table_.columns[column].texts;
+      return row > 0 && !table_.begins(row) && texts[row] != texts[row - 1];
+    };
+    const auto is_new = [&](std::size_t row) { return changes(place[0], row) || changes(place[1], row); };
+    const ColumnTable fixes = table_.rows_where(is_new);
+    if (fixes.rows < 3 || 2 * fixes.rows > table_.rows) return;
+    std::vector<ColumnMeaning> held = meanings_;
+    for (std::size_t c = 0; c < held.size(); ++c) {
+      if (held[c].key != "time") continue;
+      std::size_t both = 0, either = 0;
+      for (std::size_t row = 0; row < table_.rows; ++row) {
+        both += is_new(row) && changes(c, row) ? 1 : 0;
+        either += is_new(row) || changes(c, row) ? 1 : 0;
+      }
+      constexpr double kAlike = 0.8;
+      if (c == time_column_ || static_cast<double>(both) < kAlike * static_cast<double>(either)) held[c].key.clear();
+    }
+    if (!column_of(held, "time")) return;
+    auto found = piste::find_time(file_, fixes, held, kGnssPace, "");
+    if (!found || found->time.of == TimeScale::kBoot) return;
+    map_.time = std::move(found->time);
+    boot_.reset();
   }
 
   // The quality of fixes by RTKLIB's Q, or by a column of words such as FIX and FLOAT.
@@ -550,7 +636,7 @@ class Guesser {
     constexpr double kMostKinds = 7;
     if (map_.find("quality") != nullptr) return;
     if (const auto q = one("q"); q && table_.columns[*q].is_whole() && largest(*q) <= kMostKinds) {
-      use("quality", {*q}, dimension::kRatio, "").of = "rtklib";
+      use_quality(*q, "rtklib");
       return;
     }
     for (std::size_t c = 0; c < table_.columns.size(); ++c) {

@@ -95,7 +95,9 @@ std::string place_key(const SampledColumn& c) {
   if (c.has_any({"geoid", "undulation", "separation", "sep"})) return "geoid";
   if (measures(c.unit, dimension::kAngle) || measures(c.cell.unit, dimension::kAngle)) return {};  // of satellites
   if (c.has_any({"baro", "barometer", "barometric", "pressure", "press", "bmp"})) return {};
-  const bool sea = c.has("msl");
+  // Above the place of the start or the ground: of ArduPilot's RelAlt, and of DJI's logs.
+  if (c.has_any({"rel", "relative", "takeoff", "home", "ground", "agl"})) return {};
+  const bool sea = c.has_any({"msl", "amsl", "sea"});
   if (sea && c.has_any({"height", "alt", "altitude", "hgt", "h"})) return "sea height";
   if (!sea && (is_ellipsoidal(c) || c.has_any({"height", "alt", "altitude", "hgt", "ele", "elevation"}) ||
                (c.words.size() == 1 && c.words[0] == "h"))) {
@@ -166,7 +168,7 @@ ColumnMeaning meaning_of(const SampledColumn& c) {
   constexpr std::array<std::string_view, 12> kTimeAlone{"t",  "s",      "sec", "ms",    "msec", "millis",
                                                         "us", "micros", "ns",  "nanos", "usec", "nsec"};
   if (c.has_any({"time", "timestamp", "stamp", "tow", "sow", "epoch", "epoc", "seconds", "elapsed", "cts", "utc",
-                 "gpst", "datetime", "gpstime", "utctime"}) ||
+                 "gpst", "datetime", "gpstime", "utctime", "datenum"}) ||
       (c.words.size() == 1 && std::find(kTimeAlone.begin(), kTimeAlone.end(), c.words[0]) != kTimeAlone.end())) {
     return one("time");
   }

@@ -95,6 +95,43 @@ double offset_over_scatter(const ColumnTable& table, const ColumnTriad& triad) {
   return scatter > 0 ? mean.norm() / std::sqrt(scatter) : kLargest;
 }
 
+// How far the length of three columns goes from its median, in the livelier tenth of the rows.
+double lively_scatter(const ColumnTable& table, const ColumnTriad& triad) {
+  constexpr double kLively = 0.9;
+  const double magnitude = usual_magnitude(table, triad);
+  std::vector<double> off;
+  for (std::size_t i = 0; i < table.rows; ++i) {
+    const double now = std::abs(row_of(table, triad, i).norm() / magnitude - 1);
+    if (std::isfinite(now)) off.push_back(now);
+  }
+  if (off.empty()) return 0;
+  const auto at = off.begin() + static_cast<std::ptrdiff_t>(kLively * static_cast<double>(off.size() - 1));
+  std::nth_element(off.begin(), at, off.end());
+  return *at;
+}
+
+// Of the first columns of triads as large as gravity those of the forces. Of all triads only forces have a magnitude
+// of 9.8, and it scatters little. A magnetometer's field of unit length is as steady as forces in g at rest, and
+// steadier in motion.
+std::optional<std::size_t> likeliest_forces(const ColumnTable& table, std::vector<std::size_t> candidates) {
+  constexpr double kSteady = 0.2, kMotion = 0.05;  // of the length
+  const auto triad = [](std::size_t c) { return ColumnTriad{c, c + 1, c + 2}; };
+  const auto in_metres = [&](std::size_t c) { return is_near(usual_magnitude(table, triad(c)), kStandardGravity); };
+  if (std::any_of(candidates.begin(), candidates.end(), in_metres))
+    std::erase_if(candidates, [&](std::size_t c) { return !in_metres(c); });
+  const auto by = [&](const auto& measure) {
+    return [&](std::size_t a, std::size_t b) { return measure(table, triad(a)) < measure(table, triad(b)); };
+  };
+  const auto steady = [&](std::size_t c) { return magnitude_scatter(table, triad(c)) < kSteady; };
+  if (std::count_if(candidates.begin(), candidates.end(), steady) > 1) {
+    std::erase_if(candidates, [&](std::size_t c) { return !steady(c); });
+    const auto liveliest = std::max_element(candidates.begin(), candidates.end(), by(lively_scatter));
+    return lively_scatter(table, triad(*liveliest)) > kMotion ? *liveliest : candidates.front();
+  }
+  const auto best = std::min_element(candidates.begin(), candidates.end(), by(magnitude_scatter));
+  return best == candidates.end() ? std::nullopt : std::optional(*best);
+}
+
 }  // namespace
 
 double usual_magnitude(const ColumnTable& table, const ColumnTriad& triad) {
@@ -112,6 +149,31 @@ double magnitude_scatter(const ColumnTable& table, const ColumnTriad& triad) {
 
 bool is_gravity(double magnitude) {
   return std::any_of(kGravities.begin(), kGravities.end(), [&](const auto& g) { return is_near(magnitude, g.value); });
+}
+
+bool holds_gravity(const ColumnTable& table, const ColumnTriad& triad) {
+  constexpr std::size_t kPiece = 40, kTenth = 10;
+  const double usual = usual_magnitude(table, triad);
+  if (!is_gravity(usual)) return false;
+  struct Piece {
+    double variance, mean;
+  };
+  std::vector<Piece> pieces;
+  for (std::size_t first = 0; first + kPiece <= table.rows; first += kPiece) {
+    Vector3d sum = Vector3d::Zero();
+    double squares = 0;
+    for (std::size_t i = first; i < first + kPiece; ++i) {
+      sum += row_of(table, triad, i);
+      squares += row_of(table, triad, i).squaredNorm();
+    }
+    const Vector3d mean = sum / kPiece;
+    if (mean.allFinite()) pieces.push_back({squares / kPiece - mean.squaredNorm(), mean.norm()});
+  }
+  if (pieces.empty()) return true;
+  std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.variance < b.variance; });
+  std::vector<double> quiet;
+  for (std::size_t i = 0; i <= pieces.size() / kTenth && i < pieces.size(); ++i) quiet.push_back(pieces[i].mean);
+  return 2 * median(std::move(quiet)) > usual;
 }
 
 UnitGuess gravity_unit(double magnitude) {
@@ -250,25 +312,14 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
     while (first > 0 && !taken[first - 1]) --first;
     return (c - first) % 3 == 0;
   };
-  const auto is_candidate = [&](std::size_t c) { return free(c) && is_gravity(usual_magnitude(table, triad(c))); };
+  const auto is_candidate = [&](std::size_t c) { return free(c) && holds_gravity(table, triad(c)); };
   bool any_aligned = false;
   for (std::size_t c = 0; c < count; ++c) any_aligned = any_aligned || (is_candidate(c) && aligned(c));
-  // Magnitudes of gravity also scatter little; the best is that which scatters least. A magnetometer's field of unit
-  // length scatters less than forces in g do, but of all triads only forces have a magnitude of 9.8.
-  std::optional<std::size_t> accel;
-  double least = kLargest;
-  bool metres = false;
+  std::vector<std::size_t> candidates;
   for (std::size_t c = 0; c < count; ++c) {
-    if (!is_candidate(c) || (any_aligned && !aligned(c))) continue;
-    const double scatter = magnitude_scatter(table, triad(c));
-    const bool in_metres = is_near(usual_magnitude(table, triad(c)), kStandardGravity);
-    if (metres && !in_metres) continue;
-    if (scatter < least || (in_metres && !metres)) {
-      least = scatter;
-      accel = c;
-      metres = in_metres;
-    }
+    if (is_candidate(c) && (!any_aligned || aligned(c))) candidates.push_back(c);
   }
+  const auto accel = likeliest_forces(table, candidates);
   if (!accel) return std::nullopt;
   std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(*accel), 3, true);
   // The nearest three on either side.

@@ -29,6 +29,9 @@ struct UnitGuess {
 UnitGuess gravity_unit(double magnitude);
 /// Whether that is one of the units that sensors have.
 bool is_gravity(double magnitude);
+/// Whether three columns are as large as gravity, also in the quietest moments: accelerations without it are small
+/// then.
+bool holds_gravity(const ColumnTable& table, const ColumnTriad& triad);
 
 /// The unit of gyroscopes whose output is raw counts, before their motion determines it.
 UnitGuess turn_counts();

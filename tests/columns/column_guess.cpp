@@ -533,6 +533,108 @@ TEST(ColumnGuess, FixTypesOfUbloxAndOfMavlink) {
   EXPECT_FALSE(said(with("3"), "RTK"));
 }
 
+// Of ArduPilot's RelAlt and Alt, and of DJI's heights above the take-off.
+TEST(ColumnGuess, HeightsAboveTheStartAreNotThoseOfAReceiver) {
+  const auto with = [](const std::string& names) {
+    return mapping("gps.csv", receiver("time_s,lat,lon," + names + "\n", [](int i) {
+                     return fmt::format("{},46.5,7.25{:04},{},{}\n", 0.2 * i, i, 0.1 * i, 612 + 0.1 * i);
+                   }));
+  };
+  for (const char* relative : {"RelAlt", "height_above_takeoff(m)", "alt_agl_m"}) {
+    EXPECT_TRUE(contains(with(std::string(relative) + ",Alt"), "height: {name: Alt")) << relative;
+  }
+  const std::string sea = with("altitudeAboveMeanSeaLevel,altitude");
+  EXPECT_TRUE(contains(sea, "height: {name: altitude,")) << sea;
+}
+
+TEST(ColumnGuess, ATimeNamedDatenum) {
+  const auto text = table("datenum,wx,wy,wz,ax,ay,az\n", [](double t, const Vector3d& w, const Vector3d& f) {
+    return fmt::format("{:.10f},{},{}\n", 738100.25 + t / 86400, joined(w), joined(f));
+  });
+  EXPECT_TRUE(contains(mapping("imu.csv", text), "time: {name: datenum, unit: datenum, of: utc}"));
+}
+
+// Columns that say of every row that it has no fix are not what their names say.
+TEST(ColumnGuess, WhatLeavesOutEveryRowIsNotUsed) {
+  const auto with = [](const std::string& name, const std::string& value) {
+    const auto text = receiver("time_s,lat,lon,alt," + name + "\n",
+                               [&](int i) { return fmt::format("{},46.5,7.25{:04},612.5,{}\n", 0.2 * i, i, value); });
+    return guess_log("gps.csv", text);
+  };
+  const LogGuess none = with("gps_quality", "0");
+  EXPECT_EQ(none.columns->find("quality"), nullptr);
+  ASSERT_FALSE(none.doubts.empty());
+  EXPECT_TRUE(contains(none.doubts.back(), "gps_quality: says of every row that it has no fix"));
+  EXPECT_NE(with("gps_quality", "4").columns->find("quality"), nullptr);
+  EXPECT_EQ(with("Q", "0").columns->find("quality"), nullptr);
+  EXPECT_EQ(with("hacc", "0.0").columns->find("horizontal_accuracy"), nullptr);
+  EXPECT_NE(with("hacc", "2.5").columns->find("horizontal_accuracy"), nullptr);
+}
+
+TEST(ColumnGuess, PlacesThatAreNoDegreesAreRefusedByTheirCause) {
+  const auto refused = [](const std::string& header, const std::string& place) {
+    const auto text = receiver(header, [&](int i) { return fmt::format("{},{}\n", 100 + i, place); });
+    return test::message_of<DataError>([&] { guess_log("sol.csv", text); });
+  };
+  const std::string earth = "4374851.1,614839.4,4582123.9";
+  for (const char* header : {"time_s,ecef_x_m,ecef_y_m,ecef_z_m\n", "tow,pos_x,pos_y,pos_z\n"}) {
+    EXPECT_TRUE(contains(refused(header, earth), "middle of the Earth (ECEF)")) << header;
+  }
+  EXPECT_FALSE(contains(refused("time_s,ecef_x_m,ecef_y_m,ecef_z_m\n", "4374851.1,1.4,2.9"), "ECEF"));
+  const std::string text = refused("time_s,latitude,longitude,altitude\n", "46° 30.00' N,8° 0.1' E,612");
+  EXPECT_TRUE(contains(text, "no number in its column `latitude`, but text such as `46° 30.00' N`")) << text;
+}
+
+// Accelerations of a car without gravity are often as large as 1: no forces in g, as they vanish at rest.
+TEST(ColumnGuess, AccelerationsNearOneAreNotForcesInG) {
+  const auto with = [](double at_rest) {
+    test::Random random(3);
+    return guess_log("Accelerometer.csv", table("time,z,y,x\n", [&](double t, const Vector3d&, const Vector3d&) {
+                       const bool rests = t < 5;
+                       const Vector3d f = rests ? Vector3d(0, 0, at_rest)
+                                                : Vector3d(0.7 * std::sin(2 * t), 0.9 * std::cos(2 * t), 0.4);
+                       return fmt::format("{:.3f},{}\n", t, joined(f + Vector3d::Constant(0.01 * random.uniform())));
+                     }));
+  };
+  EXPECT_EQ(with(0).part, LogGuess::Part::kLinear);
+  EXPECT_EQ(with(1).part, LogGuess::Part::kAccel);
+}
+
+// Rows of an IMU that repeat the last fix, and its own time beside the logger's.
+TEST(ColumnGuess, AHeldFixHasItsOwnTime) {
+  const auto with = [](double late) {
+    int row = 0;
+    return guess_log("log.csv", table("millis,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z,gnss_utc,lat,lon,alt\n",
+                                      [&](double t, const Vector3d& w, const Vector3d& f) {
+                                        const double fix = 0.25 * std::floor(t / 0.25),
+                                                     stamp = fix - late * (row++ % 2);
+                                        return fmt::format("{:.0f},{},{},{:.2f},46.5,{:.7f},612.5\n", 5000 + 1e3 * t,
+                                                           joined(w), joined(f), 1.7e9 + stamp, 7.25 + 1e-5 * fix);
+                                      }));
+  };
+  const LogGuess held = with(0);
+  EXPECT_EQ(held.columns->time.name, "millis");
+  ASSERT_EQ(held.beside.size(), 1U);
+  EXPECT_EQ(held.beside[0].columns->time.name, "gnss_utc");
+  EXPECT_EQ(held.beside[0].columns->time.of, TimeScale::kUtc);
+  ASSERT_TRUE(held.beside[0].boot_time) << "the rows state both clocks";
+  EXPECT_EQ(held.beside[0].boot_time->name, "millis");
+  EXPECT_EQ(with(0.01).beside[0].columns->time.name, "millis") << "a time that changes in all rows is not the fix's";
+}
+
+// A magnetometer of unit length is steadier in motion than forces in g.
+TEST(ColumnGuess, ForcesInGBesideAMagnetometerOfUnitLength) {
+  for (const bool moves : {true, false}) {
+    const auto text = table("", [moves](double t, const Vector3d& w, const Vector3d& f) {
+      const double turn = moves ? 0.8 * (1 - std::cos(t)) : 0, push = moves && t > 6 ? 3 * std::sin(1.3 * t) : 0;
+      const Vector3d field(0.45 * std::cos(turn), -0.45 * std::sin(turn), 0.893);
+      return fmt::format("{:.3f} {} {} {}\n", t, joined(kDegreesPerRadian * w, ' '),
+                         joined((f + Vector3d(push, 0.8 * push, 0)) / 9.80665, ' '), joined(field, ' '));
+    });
+    EXPECT_TRUE(contains(mapping("mt.txt", text), "accel: {names: [5, 6, 7], unit: g}")) << moves;
+  }
+}
+
 TEST(ColumnGuess, RecordedLogs) {
   PISTE_REQUIRE_DATASETS();
   const std::string text = test::read_text(test::datasets() / "drive/imu_1934.csv");
