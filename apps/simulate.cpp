@@ -17,10 +17,12 @@ std::uint64_t seed_of(const AppArguments& arguments, std::uint64_t fallback) {
   return given == arguments.integers.end() ? fallback : static_cast<std::uint64_t>(given->second);
 }
 
-// Simulates one run, and writes its files with `folder` before their names.
-void write_run(OutputFolder& out, const std::string& folder, const Scenario& scenario, std::uint64_t seed,
-               const SimulationProgress& progress) {
-  write_simulation(out, folder, scenario, simulate(scenario, seed, progress), seed);
+// Simulates one run, and writes its files with `folder` before their names. Returns its length [s].
+double write_run(OutputFolder& out, const std::string& folder, const Scenario& scenario, std::uint64_t seed,
+                 const SimulationProgress& progress) {
+  const Simulation simulation = simulate(scenario, seed, progress);
+  write_simulation(out, folder, scenario, simulation, seed);
+  return simulation.trunk.end_time() - simulation.trunk.start_time();
 }
 
 void run_scenario(const AppArguments& arguments, Progress& progress) {
@@ -28,11 +30,11 @@ void run_scenario(const AppArguments& arguments, Progress& progress) {
   const std::uint64_t seed = seed_of(arguments, scenario.seed);
   progress.start("simulate", sensors_of(scenario), "sensors");
   OutputFolder out(arguments.output);
-  write_run(out, "", scenario, seed, [&](std::size_t done, std::size_t) { progress.update(done); });
+  const double length =
+      write_run(out, "", scenario, seed, [&](std::size_t done, std::size_t) { progress.update(done); });
   out.commit();
   progress.clear();
-  say(arguments, fmt::format("{}: {:.0f} s, seed {}, in {}", arguments.input, scenario.motion.duration(), seed,
-                             arguments.output.string()));
+  say(arguments, fmt::format("{}: {:.0f} s, seed {}, in {}", arguments.input, length, seed, arguments.output.string()));
 }
 
 void run_campaign(const AppArguments& arguments, Progress& progress) {

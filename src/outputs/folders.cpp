@@ -198,6 +198,7 @@ void write_simulation(OutputFolder& output, const std::string& prefix, const Sce
   if (!aids.speed.fixes.empty()) output.write(prefix + aids.speed.file, speed_csv(aids.speed));
   if (!aids.height.fixes.empty()) output.write(prefix + aids.height.file, height_csv(aids.height));
   if (!aids.heading.fixes.empty()) output.write(prefix + aids.heading.file, heading_csv(aids.heading));
+  if (scenario.motion.course) output.write(prefix + "gates.csv", gates_csv(simulation.trunk));
   output.write(prefix + "truth.json", truth_json(scenario, simulation, seed));
 }
 

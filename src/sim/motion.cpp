@@ -72,6 +72,10 @@ void MotionOptions::validate() const {
   require(turn >= 0 && turn < 1.4, "turn must lie between 0 and 80 deg");
   require(std::abs(slope) < 1.2, "slope must lie between -68 and 68 deg");
   require(turn_variation >= 0 && turn_variation <= 0.5, "turn_variation must lie between 0 and 0.5");
+  if (!course) return;
+  require(course->gates >= 2, "a course has two gates at least: a start and a finish");
+  require(course->offset >= 0, "the course's offset must not be negative; it is an rms");
+  require(course->speed >= 0 && course->speed <= 0.1, "the course's speed must lie between 0 and 10 %");
 }
 
 Motion::Motion(const MotionOptions& options, std::uint64_t seed)
@@ -83,7 +87,7 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed)
       vibration_angle_(triad(options.vibration_rate, 1, 4, 10, {seed, "vibration angle"})),
       turning_(triad({0, 0, options.turning_rate}, 1, 0.005, 0.02, {seed, "turning"})) {
   options_.validate();
-  RandomStream random(seed, "path");
+  RandomStream random(options_.course ? options_.course->seed : seed, "path");
   for (double& phase : phase_) phase = kTwoPi * random.uniform();
 
   // Path length per u, averaged over a swing: sqrt(1 + tan² turn cos² + tan² slope).
@@ -104,6 +108,53 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed)
   const Path turned = path(0);
   north_ = -turned.north.value();
   east_ = -turned.east.value();
+  if (options_.course) take_own_way(*options_.course, seed);
+}
+
+// After the course itself is placed: a line beside it, and another speed over the same length.
+void Motion::take_own_way(const Course& course, std::uint64_t seed) {
+  RandomStream random(seed, "own way");
+  phase_[3] = kTwoPi * random.uniform();
+  const double factor = 1 + course.speed * random.normal();
+  const double ramps = (options_.start_time + options_.stop_time) / 2;
+  options_.run = (options_.run - ramps) / factor + ramps;
+  options_.speed *= factor;
+  options_.validate();
+  cruise_ *= factor;
+  constexpr double kLongest = 8, kShortest = 2;  // swings: slower than the turns, which all take alike
+  constexpr int kSines = 8;
+  const double swings = wave_number_ / kTwoPi;
+  own_line_.emplace_back(course.offset, 0, swings / kLongest, swings / kShortest, kSines, random);
+}
+
+// Where the path's parameter is u, seconds after the start of the recording.
+double Motion::time_at(double u) const {
+  double low = options_.rest_before, high = options_.rest_before + options_.run;
+  constexpr int kHalvings = 40;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double middle = (low + high) / 2;
+    Jet envelope;
+    (progress(middle, &envelope).value() < u ? low : high) = middle;
+  }
+  return (low + high) / 2;
+}
+
+std::vector<CourseGate> Motion::gates() const {
+  std::vector<CourseGate> gates;
+  if (!options_.course) return gates;
+  Motion course = *this;
+  course.own_line_.clear();
+  const double medium = kTwoPi / (wave_number_ * options_.cycle);  // du/dt of a run at the course's own speed
+  const double length = cruise_ * (options_.run - (options_.start_time + options_.stop_time) / 2);
+  const double first = medium * options_.start_time / 2, last = length - medium * options_.stop_time / 2;
+  for (int i = 0; i < options_.course->gates; ++i) {
+    const double u = first + (last - first) * i / (options_.course->gates - 1);
+    const Path line = course.path(u);
+    gates.push_back({.place = {line.north.value(), line.east.value(), std::tan(options_.slope) * u},
+                     .heading = heading_ + arc_ * u,
+                     .about = time_at(u)});
+  }
+  return gates;
 }
 
 // c(u) = arc(u) + a(u) · normal(u), its heading atan2(a', 1 − arc a) + arc u, and its signed curvature in the plane.
@@ -112,7 +163,8 @@ Motion::Path Motion::path(const Jet& u_of_t) const {
   const double variation = options_.turn_variation;
   const Jet size = 1 + variation * sin(wave_number_ / 3.7 * u + phase_[0]);
   const Jet phase = wave_number_ * u + 2 * variation * sin(wave_number_ / 2.9 * u + phase_[1]) + phase_[2];
-  const Jet lateral = swing_ * size * sin(phase);
+  Jet lateral = swing_ * size * sin(phase);
+  for (const Wobble& own : own_line_) lateral += own.at(u.value());
   const Jet bearing = arc_ * u + heading_;
   const Jet along = 1 - arc_ * lateral, across = derivative(lateral);
   const Jet heading = bearing + atan2(across, along);

@@ -178,6 +178,22 @@ AidSetups read_aids(const Config& config, std::set<std::string>& names) {
   return aids;
 }
 
+Course read_course(const Config& config) {
+  Course course;
+  const long gates = config.integer("gates", course.gates);
+  constexpr long kMost = 1000;
+  if (gates < 2 || gates > kMost) {
+    config.fail("gates", fmt::format("must lie between 2, a start and a finish, and {}", kMost));
+  }
+  course.gates = static_cast<int>(gates);
+  course.offset = config.magnitude("offset", kLength, course.offset);
+  course.speed = config.magnitude("speed", kRatio, course.speed);
+  const long seed = config.integer("seed", static_cast<long>(course.seed));
+  if (seed < 0) config.fail("seed", "must not be negative");
+  course.seed = static_cast<std::uint64_t>(seed);
+  return course;
+}
+
 }  // namespace
 
 MotionOptions read_motion(const Config& config, MotionOptions m) {
@@ -229,6 +245,14 @@ Scenario read_scenario(const Config& config) {
   if (seed < 0) config.fail("seed", "must not be negative");
   s.seed = static_cast<std::uint64_t>(seed);
   s.motion = read_motion(config.map("motion"), {});
+  if (const auto course = config.find_map("course")) {
+    s.motion.course = read_course(*course);
+    try {
+      s.motion.validate();
+    } catch (const ConfigError& e) {
+      throw ConfigError(course->where(), e.what());
+    }
+  }
   s.q_tr = from_euler(config.vector("mounting", kAngle, Vector3d::Zero()));
   const long every = config.integer("truth_every", 1);
   if (every < 1) config.fail("truth_every", "must be 1 or more");

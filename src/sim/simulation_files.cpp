@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <span>
+#include <utility>
 
 #include "io/csv.h"
 #include "io/json.h"
@@ -11,7 +13,8 @@
 namespace piste {
 namespace {
 
-constexpr int kTimeDecimals = 6, kPlaceDecimals = 10, kMetreDecimals = 4, kVelocityDecimals = 4, kAngleDecimals = 5;
+constexpr int kTimeDecimals = 6, kPlaceDecimals = 10, kMetreDecimals = 4, kVelocityDecimals = 4, kAngleDecimals = 5,
+              kGateDecimals = 7;
 
 // Adds the columns of three axes.
 void add_triad(std::vector<CsvColumn>& columns, std::string_view before, std::array<std::string_view, 3> axes,
@@ -122,6 +125,21 @@ std::string attitude_json(const AttitudeSetup& setup) {
   return json::object(members, 2);
 }
 
+std::string gate_name(std::size_t i) { return fmt::format("gate_{}", i + 1); }
+
+// When a body passes each gate.
+std::string gates_json(const Truth& body) {
+  json::Members times;
+  const std::vector<CourseGate> gates = body.gates();
+  for (std::size_t i = 0; i < gates.size(); ++i) {
+    const CourseGate& gate = gates[i];
+    const double time = crossing_time(body, gate.place, {std::cos(gate.heading), std::sin(gate.heading), 0},
+                                      body.start_time() + gate.about);
+    times.emplace_back(gate_name(i), fmt::format("{:.9f}", time));
+  }
+  return json::object(times, 1);
+}
+
 }  // namespace
 
 std::string imu_csv(const ImuRecording& recording) {
@@ -229,6 +247,27 @@ std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, st
   return std::move(csv).text();
 }
 
+std::string gates_csv(const Truth& body) {
+  std::string text = "name,latitude_deg,longitude_deg,heading_deg\n";
+  const std::vector<CourseGate> gates = body.gates();
+  for (std::size_t i = 0; i < gates.size(); ++i) {
+    const CourseGate& gate = gates[i];
+    const Geodetic place = body.world().to_geodetic(gate.place);
+    const Vector3d along =
+        body.world().rotation_wn(gate.place).transpose() * Vector3d(std::cos(gate.heading), std::sin(gate.heading), 0);
+    text += gate_name(i);
+    for (const auto& [value, decimals] :
+         {std::pair{kDegreesPerRadian * place.latitude, kPlaceDecimals},
+          std::pair{kDegreesPerRadian * place.longitude, kPlaceDecimals},
+          std::pair{kDegreesPerRadian * std::atan2(along.y(), along.x()), kGateDecimals}}) {
+      text += ',';
+      append_fixed(text, value, decimals);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed) {
   json::Members imus, gnss, attitude, aids;
   for (std::size_t i = 0; i < scenario.imus.size(); ++i) {
@@ -275,6 +314,7 @@ std::string truth_json(const Scenario& scenario, const Simulation& simulation, s
       {"gnss", json::object(gnss, 1)},
       {"attitude", json::object(attitude, 1)}};
   if (!aids.empty()) members.emplace_back("others", json::object(aids, 1));
+  if (scenario.motion.course) members.emplace_back("gates_time_s", gates_json(simulation.bodies.front()));
   return json::object(members, 0) + "\n";
 }
 

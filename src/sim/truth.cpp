@@ -1,8 +1,12 @@
 #include "piste/sim/truth.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "piste/core/error.h"
 
 namespace piste {
 
@@ -69,6 +73,21 @@ Interval Truth::under_way() const {
   const MotionOptions& motion = run_->motion.options();
   const double start = run_->start_time + motion.rest_before;
   return {start, start + motion.run};
+}
+
+double crossing_time(const Truth& body, const Vector3d& place, const Vector3d& direction, double about) {
+  constexpr int kMost = 30;
+  constexpr double kEnough = 1e-10;  // s: below it GPS seconds of week have no digits
+  double t = about;
+  for (int i = 0; i < kMost; ++i) {
+    const TruthState state = body.at(t);
+    const double speed = direction.dot(state.v_wb);
+    if (!(speed > 0)) break;
+    const double step = direction.dot(place - state.p_wb) / speed;
+    t += step;
+    if (std::abs(step) < kEnough) return t;
+  }
+  throw DataError("", fmt::format("the body does not pass this plane forwards near {:.3f} s", about));
 }
 
 }  // namespace piste

@@ -141,5 +141,50 @@ TEST_F(DescentsApp, FoldersHaveNoSigmasOfGainedTimes) {
   EXPECT_NE(far.err.find("does not cross the gate"), std::string::npos) << far.err;
 }
 
+// Two seeds of a scenario with a course: its gates are those that `descents` takes, and truth.json says what is gained.
+TEST(DescentsOfACourse, GainWhatTheTruthSays) {
+  const TemporaryFolder folder;
+  folder.write("course.yaml", fmt::format("base: {}/config/scenarios/course.yaml\ncourse: {{gates: 5, speed: 8 %}}\n"
+                                          "motion: {{rest_before: 20 s, run: 30 s, rest_after: 3 s}}\n",
+                                          source_folder()));
+  for (const char* seed : {"1", "2"}) {
+    const Said said = run_program(program("simulate"),
+                                  {"course.yaml", "--seed", seed, "--output", std::string("logs_") + seed}, folder);
+    ASSERT_EQ(said.code, 0) << said.err;
+    const YAML::Node run = YAML::LoadFile(folder / fmt::format("logs_{}/truth.json", seed))["run_s"];
+    const double whole = 20 + run[1].as<double>() - run[0].as<double>() + 3;
+    EXPECT_TRUE(contains(said.out, fmt::format(": {:.0f} s", whole))) << whole << ": " << said.out;
+    EXPECT_GT(std::abs(whole - 53), 0.6);
+    folder.write(fmt::format("run_{}.yaml", seed),
+                 fmt::format("imu: {{file: logs_{0}/mt9a_1.csv, sensor: {1}/config/sensors/xsens_mt9a.yaml}}\n"
+                             "gnss: {{file: logs_{0}/gnss.csv, lever_arm: -0.06 0.03 -0.42 m}}\n"
+                             "estimate: [gyro_bias, accel_bias, gyro_drift, accel_drift, gyro_scale, accel_scale]\n",
+                             seed, source_folder()));
+  }
+  EXPECT_EQ(read_text(folder / "logs_1/gates.csv"), read_text(folder / "logs_2/gates.csv"));
+  const Said said = run_program(program("descents"),
+                                {"run_1.yaml", "run_2.yaml", "--gates", "logs_1/gates.csv", "--output", "out"}, folder);
+  ASSERT_EQ(said.code, 0) << said.err;
+  const YAML::Node found = YAML::LoadFile(folder / "out/descents.json");
+  std::vector<YAML::Node> times;
+  for (const char* seed : {"1", "2"}) {
+    times.push_back(YAML::LoadFile(folder / fmt::format("logs_{}/truth.json", seed))["gates_time_s"]);
+    ASSERT_EQ(times.back().size(), 5u);
+  }
+  const auto since = [&](std::size_t run, const std::string& gate) {
+    return times[run][gate].as<double>() - times[run]["gate_1"].as<double>();
+  };
+  double most = 0;
+  for (const YAML::Node& gate : found["gates"]) {
+    const auto name = gate["name"].as<std::string>();
+    const YAML::Node& at = gate["runs"]["run_2"];
+    const double truth = since(0, name) - since(1, name), sigma = at["sigma_gained_s"].as<double>();
+    EXPECT_LE(std::abs(at["gained_s"].as<double>() - truth), 5 * sigma) << name;
+    EXPECT_LT(sigma, 1e-3);
+    most = std::max(most, std::abs(truth));
+  }
+  EXPECT_GT(most, 0.05);
+}
+
 }  // namespace
 }  // namespace piste::test

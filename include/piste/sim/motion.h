@@ -9,6 +9,7 @@
 /// Taylor series (jet.h): no number comes from a difference or an integration.
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "piste/math/so3.h"
@@ -31,6 +32,23 @@ class Wobble {
     double amplitude, omega, phase;
   };
   std::vector<Sine> sines_;
+};
+
+/// A course that several runs share. Its line is drawn once, by its own seed; each run then has a line, a speed and a
+/// rhythm of its own, by the seed of the run.
+struct Course {
+  int gates = 2;           ///< at equal distances in plan, from where speed is reached to where braking begins
+  double offset = 0;       ///< rms distance of a run's line from the course's, to the side [m]
+  double speed = 0;        ///< 1-sigma of a run's mean speed about `MotionOptions::speed`, as a ratio of it
+  std::uint64_t seed = 1;  ///< of the course's line
+};
+
+/// A gate of a course: the vertical plane through `place`, in w, normal to `heading`. That is the direction of the
+/// course without its turns, as gates stand on a slope: planes that face alike cancel what errors of two gates share.
+struct CourseGate {
+  Vector3d place;
+  double heading;
+  double about;  ///< seconds after the start of the recording at which the trunk's path is about there
 };
 
 /// Options of the motion, SI and radians. Vectors of the trunk have the axes forward, right, down. Zero switches a part
@@ -57,6 +75,9 @@ struct MotionOptions {
   Vector3d vibration = Vector3d::Constant(1);  ///< rms of trunk acceleration under way, 4 to 10 Hz
   Vector3d vibration_rate = Vector3d::Zero();  ///< rms of Euler rates under way, 4 to 10 Hz
 
+  /// Without it each run has a line of its own. With it, the options above describe a run of medium speed.
+  std::optional<Course> course = std::nullopt;
+
   double duration() const { return rest_before + run + rest_after; }
   /// Throws ConfigError if no body can move so.
   void validate() const;
@@ -75,13 +96,18 @@ class Motion {
   Motion(const MotionOptions& options, std::uint64_t seed);
   /// The trunk `t` seconds after the start of the recording. Before and after the recording it is at rest.
   MotionState at(double t) const;
+  /// With a course, `run` is how long this run takes.
   const MotionOptions& options() const { return options_; }
+  /// The gates of the course, in the order in which they are passed; none without one.
+  std::vector<CourseGate> gates() const;
 
  private:
   struct Path {
     Jet north, east, heading, curvature;
   };
   Path path(const Jet& u) const;
+  void take_own_way(const Course& course, std::uint64_t seed);
+  double time_at(double u) const;
   Jet progress(double t, Jet* envelope) const;
 
   MotionOptions options_;
@@ -92,6 +118,7 @@ class Motion {
   double heading_ = 0, north_ = 0, east_ = 0;  // so that the path starts at the origin with the given heading
   std::vector<Wobble> sway_, sway_angle_, balance_, vibration_, vibration_angle_;
   std::vector<Wobble> turning_;
+  std::vector<Wobble> own_line_;  // of one run of a course: to the side, over u; empty without one
 };
 
 }  // namespace piste

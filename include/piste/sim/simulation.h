@@ -50,6 +50,9 @@ std::string heading_csv(const FixRecording<HeadingFix>& recording);
 /// Position, velocity and attitude of the body at every `every`-th of the times, in the columns of `filtered.csv`
 /// without sigmas.
 std::string truth_csv(const Truth& body, const std::vector<double>& gps_time, std::size_t every);
+/// The gates of the course, as `descents` reads them: `name, latitude_deg, longitude_deg, heading_deg`. @pre it has
+/// some
+std::string gates_csv(const Truth& body);
 /// Every error that was added, and for each phase (rest before, run, rest after) the means of the in-run drift with its
 /// warm-up and of the true signal. A phase that does not exist is null.
 std::string truth_json(const Scenario& scenario, const Simulation& simulation, std::uint64_t seed);

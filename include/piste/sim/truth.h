@@ -45,6 +45,8 @@ class Truth {
   double end_time() const { return run_->start_time + run_->motion.options().duration(); }
   /// The time under way, between the rests.
   Interval under_way() const;
+  /// The gates of the course that the run follows, which are the same for all bodies; none without a course.
+  std::vector<CourseGate> gates() const { return run_->motion.gates(); }
 
  private:
   struct Run {
@@ -59,5 +61,14 @@ class Truth {
   Quaterniond q_tb_ = Quaterniond::Identity();  // of the trunk t
   Vector3d p_tb_t_ = Vector3d::Zero();
 };
+
+/// The time at which a body passes a vertical plane forwards [GPS seconds of week]: the root of d · (p(t) − place) that
+/// Newton's method reaches from the time `about`, good to a nanosecond where the body is under way there.
+/// `place` is in w and `direction`, d, is the plane's normal in w. Throws DataError if it does not pass there.
+///
+///     const CourseGate gate = truth.gates().front();
+///     const double t = crossing_time(truth, gate.place, {std::cos(gate.heading), std::sin(gate.heading), 0},
+///                                    truth.start_time() + gate.about);
+double crossing_time(const Truth& body, const Vector3d& place, const Vector3d& direction, double about);
 
 }  // namespace piste
