@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "io/json.h"
+#include "math/words.h"
 #include "outputs/own_replay.h"
 #include "piste/configuration/replay_config.h"
 #include "piste/configuration/sensor_file.h"
@@ -20,6 +23,7 @@
 #include "piste/report/tuning_page.h"
 #include "piste/search/readings.h"
 #include "piste/search/rounds.h"
+#include "search/judged.h"
 
 namespace piste {
 namespace {
@@ -37,6 +41,7 @@ struct OwnReplay {
   std::string wrong = {};  // where its sigmas are inconsistent
   std::string sway = {};   // where its antenna seems to move on the body
   bool ran = true;
+  Likelihoods likelihoods = {};
 };
 
 // `text` names its files relative to `folder`.
@@ -52,7 +57,8 @@ OwnReplay own_replay(const std::string& text, const std::filesystem::path& folde
     std::vector<SigmaScales> scales;
     for (const LogFile& file : config.gnss) scales.push_back(file.sigma_scales);
     return {.wrong = verdict.consistent ? "" : one_line(verdict_line(verdict)),
-            .sway = find_sway(run.log, run.options, run.found, scales).value_or("")};
+            .sway = find_sway(run.log, run.options, run.found, scales).value_or(""),
+            .likelihoods = likelihoods(run.filtered.solution.innovations, run.filtered.solution.sources)};
   } catch (const Error& e) {
     return {.wrong = one_line(fmt::format("no replay runs with it: {}", e.what())), .ran = false};
   }
@@ -125,6 +131,26 @@ void try_any_heading(Inspection& found, const Draft& draft, OwnReplay& own) {
   own = std::move(standing);
 }
 
+// Rows are means over their intervals, or instants: a body that vibrates tells, where sigmas do not hold with means.
+// Taken if they hold then, and the innovations gain more than ln(number of readings) + 3. Sums of samples, as in the
+// rounds before, have no vibration.
+void try_instants(Inspection& found, const Draft& draft, OwnReplay& own) {
+  constexpr double kReadings = 2;
+  InspectedLog& body = found.logs[*found.first(LogKind::kImu)];
+  if (found.calibration() == nullptr || body.imu.increments) return;
+  Calibration& calibration = *found.logs[*found.first(LogKind::kGnss)].calibration;
+  calibration.instantaneous = true;
+  OwnReplay instants = draft.replayed(found);
+  const double more = gain(instants.likelihoods, own.likelihoods);
+  calibration.instantaneous = instants.ran && instants.wrong.empty() && more > std::log(kReadings) + 3;
+  if (!calibration.instantaneous) return;
+  found.suspicions.push_back(
+      {LogFault::kDoubt, body.log.file,
+       fmt::format("its rows are instants, by {} of ln p likelier than means over their intervals", plain(more, 3)),
+       "`sampling: instant`, as the configuration has it"});
+  own = std::move(instants);
+}
+
 void list_swaying_antennas(Inspection& found, const OwnReplay& own) {
   for (const InspectedLog& log : found.logs) {
     if (!log.calibration || !log.calibration->sway) continue;
@@ -149,7 +175,11 @@ OwnReplay close_loop(OutputFolder& output, Inspection& found, const ProgressCall
   widen_by_withheld(found, configured);
   if (progress) progress(kWithheld);
   OwnReplay own = draft.replayed(found);
-  if (!own.ran) try_any_heading(found, draft, own);
+  if (!own.ran) {
+    try_any_heading(found, draft, own);
+  } else if (!own.wrong.empty()) {
+    try_instants(found, draft, own);
+  }
   list_swaying_antennas(found, own);
   if (own.wrong.empty()) return own;
   found.suspicions.insert(found.suspicions.begin(),

@@ -18,7 +18,6 @@
 #include "search/contradiction.h"
 #include "search/examine.h"
 #include "search/joined.h"
-#include "search/judged.h"
 #include "search/settling.h"
 
 namespace piste {
@@ -136,16 +135,6 @@ void retune(const Inspection& inspection, const Recording& recording, const Cond
   if (again) found = std::move(*again);
 }
 
-// Whether the fixes are likelier if the IMU's rows are instants and not means, as a body that vibrates tells.
-bool are_instants(WholeLog means, WholeLog instants, const Calibration& found) {
-  constexpr double kReadings = 2;
-  means.thin = instants.thin = false;  // sums of samples have no vibration
-  const auto of_means = means.filtered(found), of_instants = instants.filtered(found);
-  return of_means && of_instants &&
-         gain(likelihoods(of_instants->innovations, of_instants->sources),
-              likelihoods(of_means->innovations, of_means->sources)) > std::log(kReadings) + 3;
-}
-
 // Reports two clocks whose offset is unknown.
 void look_for_clock(const Inspection& inspection, std::vector<Suspicion>& found) {
   const LogMatch* match = inspection.first_match();
@@ -229,13 +218,6 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
       } else {
         found_here->velocities_contradict = false;
       }
-    }
-    if (!recording.imu.increments && found_here->fits()) {
-      ConditioningOptions instants = conditioning;
-      instants.imu.instantaneous = true;
-      found_here->instantaneous = are_instants(whole_log(inspection, recording, conditioning, options),
-                                               whole_log(inspection, recording, instants, options), *found_here);
-      if (found_here->instantaneous) conditioning = std::move(instants);
     }
     work.expect(rest);
     retune(inspection, recording, conditioning, options, *found_here, work);

@@ -1,7 +1,5 @@
 #include "search/whole_log.h"
 
-#include <utility>
-
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
@@ -57,9 +55,7 @@ std::optional<Solution> WholeLog::filtered(const Calibration& found, const Progr
       if (progress && all > 0) progress(static_cast<double>(done) / static_cast<double>(all));
     };
     const ReplayOptions how = replayed(found);
-    Log log = condition(scaled(found), how.conditioning);
-    if (thin) log = thinned(std::move(log));
-    Solution run = replay(std::move(log), how, tell).filtered.solution;
+    Solution run = replay(thinned(condition(scaled(found), how.conditioning)), how, tell).filtered.solution;
     if (!run.empty()) return run;
   } catch (const Error&) {  // no start, or a filter that diverges
   }

@@ -21,13 +21,12 @@ struct WholeLog {
   bool find_clock;                        ///< no log tells the clock: the delay of the fixes is estimated
   bool drifts = find_clock;               ///< and the drift of the clock
   bool velocities = true;                 ///< those of the receiver are used
-  bool thin = true;                       ///< a run takes sums of samples (tune/thinned.h)
 
   /// What `replay` is told by the configuration of a calibration: of an hour at most, without smoother.
   ReplayOptions replayed(const Calibration& found) const;
   /// The log with the sigmas of positions and velocities that were found.
   Recording scaled(const Calibration& found) const;
-  /// The filter's solution; nothing where no filter runs.
+  /// The filter's solution, of sums of samples (tune/thinned.h); nothing where no filter runs.
   std::optional<Solution> filtered(const Calibration& found, const ProgressCallback& progress = {}) const;
 };
 

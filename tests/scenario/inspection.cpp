@@ -305,23 +305,6 @@ TEST_F(Inspected, SimulatedLogsAreClean) {
   }
 }
 
-// A vibrating body tells whether rows are means over their intervals or instants.
-TEST_F(Inspected, ToldInstantsFromMeans) {
-  for (const bool instants : {false, true}) {
-    const Case c = make_case("giant_slalom", 40, 11, [&](Scenario& s) {
-      s.imus[0].clock_offset = s.imus[0].clock_drift = 0;
-      s.imus[0].rate = 25;
-      s.imus[0].sampling = instants ? ImuSetup::Sampling::kInstant : ImuSetup::Sampling::kMean;
-      s.motion.vibration_rate.setConstant(1);
-      s.motion.run = 90;
-    });
-    const Inspection found = inspect({folder.write("imu.csv", imu_csv(c.simulation.imus[0].recording)),
-                                      folder.write("gnss.csv", gnss_csv(c.simulation.gnss[0]))});
-    ASSERT_TRUE(found.calibration() != nullptr) << list_of(found);
-    EXPECT_EQ(found.calibration()->instantaneous, instants);
-  }
-}
-
 TEST_F(Inspected, SentencesWithoutSigmasAreGivenSome) {
   // The shipped fixes as a receiver's sentences; 302400 s of the week are Wednesday 12:00 GPS time.
   const Sheet gnss(read_text(kSource / "data/ski_run/gnss_l1.csv"));
