@@ -1,6 +1,6 @@
 # Embeds text files: piste_embed(TARGET NAME FILE…) defines `std::string_view piste::assets::NAME()`, which the room that
-# uses it declares, as src/report/assets.h does: the files one after the other, an empty text without any. Raw string pieces of at most 8 kB, because compilers
-# limit the length of one literal.
+# uses it declares, as src/report/assets.h does: the files one after the other, an empty text without any. Raw string
+# pieces of at most 8 kB, because compilers limit the length of one literal.
 function(piste_embed target name)
   set(text "")
   foreach(file ${ARGN})
