@@ -237,6 +237,21 @@ def compare(before, after):
     return files
 
 
+def unexplained(files, changelog, most):
+    """Of the values that changed by more than `most` sigmas those whose file the section "Unreleased" of the changelog
+    does not name, as `WORK/FILE`: a line each."""
+    unreleased = changelog.partition("## Unreleased")[2].partition("\n## ")[0]
+    lines = []
+    for file in files:
+        if f"`{file.name}`" in unreleased:
+            continue
+        for column in file.columns:
+            change = max(column.later.change, column.start.change)
+            if change > most:
+                lines.append(f"{file.name}: {column.name} changed by {change:.2g} sigma; CHANGELOG.md does not name `{file.name}`")
+    return lines
+
+
 def table(files):
     """The lines to print: the changes of each file, the worst column first."""
     rows, notes = [], []

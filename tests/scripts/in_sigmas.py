@@ -134,6 +134,15 @@ class InSigmas(unittest.TestCase):
     def test_files_without_sigmas_are_left_aside(self):
         self.assertEqual(self.compare("aligned.csv", "time_s,a\n1,2\n", "time_s,a\n1,3\n"), [])
 
+    def test_a_change_needs_a_line_in_the_changelog(self):
+        file, _ = self.columns("smoothed.csv", navigation(ROW), navigation(moved(height_m=1.0)))
+        changelog = "# Changes\n\n## Unreleased\n\n{}\n## 0.1.0 - 2026-11-30\n\n{}\n"
+        said = in_sigmas.unexplained([file], changelog.format("", "- `smoothed.csv`"), 0.05)
+        self.assertEqual(len(said), 1)
+        self.assertIn("smoothed.csv: height_m changed by 0.5 sigma", said[0])
+        self.assertEqual(in_sigmas.unexplained([file], changelog.format("- `smoothed.csv`: higher.", ""), 0.05), [])
+        self.assertEqual(in_sigmas.unexplained([file], changelog.format("", ""), 0.6), [])
+
     def test_same_outputs_compares_two_folders(self):
         self.compare("smoothed.csv", navigation(ROW), navigation(ROW))
         script = [sys.executable, SOURCE / "scripts" / "same_outputs", "--outputs", "--sigmas", *self.sides]
@@ -144,6 +153,9 @@ class InSigmas(unittest.TestCase):
         other = subprocess.run(script, capture_output=True, text=True)
         self.assertEqual(other.returncode, 1)
         self.assertRegex(other.stdout, r"smoothed.csv +height_m +0 +- +0\.5 +100\.0")
+        for most, code in (("0.05", 1), ("0.6", 0)):
+            explained = subprocess.run([*script, "--explained", most], capture_output=True, text=True)
+            self.assertEqual(explained.returncode, code, explained.stdout)
         wrong = subprocess.run([*script[:-1], self.sides[0] / "nowhere"], capture_output=True, text=True)
         self.assertEqual(wrong.returncode, 2)
 
