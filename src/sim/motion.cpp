@@ -112,7 +112,7 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed)
 }
 
 // After the course itself is placed: a line beside it, and another speed over the same length.
-void Motion::take_own_way(const Course& course, std::uint64_t seed) {
+void Motion::take_own_way(const CourseOptions& course, std::uint64_t seed) {
   RandomStream random(seed, "own way");
   phase_[3] = kTwoPi * random.uniform();
   const double factor = 1 + course.speed * random.normal();

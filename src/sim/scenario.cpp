@@ -178,8 +178,8 @@ AidSetups read_aids(const Config& config, std::set<std::string>& names) {
   return aids;
 }
 
-Course read_course(const Config& config) {
-  Course course;
+CourseOptions read_course(const Config& config) {
+  CourseOptions course;
   const long gates = config.integer("gates", course.gates);
   constexpr long kMost = 1000;
   if (gates < 2 || gates > kMost) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kStart = 1000;
 
-MotionOptions slalom(Course course) {
+MotionOptions slalom(CourseOptions course) {
   MotionOptions motion;
   motion.rest_before = 5;
   motion.run = 60;

@@ -36,7 +36,7 @@ class Wobble {
 
 /// A course that several runs share. Its line is drawn once, by its own seed; each run then has a line, a speed and a
 /// rhythm of its own, by the seed of the run.
-struct Course {
+struct CourseOptions {
   int gates = 2;           ///< at equal distances in plan, from where speed is reached to where braking begins
   double offset = 0;       ///< rms distance of a run's line from the course's, to the side [m]
   double speed = 0;        ///< 1-sigma of a run's mean speed about `MotionOptions::speed`, as a ratio of it
@@ -76,7 +76,7 @@ struct MotionOptions {
   Vector3d vibration_rate = Vector3d::Zero();  ///< rms of Euler rates under way, 4 to 10 Hz
 
   /// Without it each run has a line of its own. With it, the options above describe a run of medium speed.
-  std::optional<Course> course = std::nullopt;
+  std::optional<CourseOptions> course = std::nullopt;
 
   double duration() const { return rest_before + run + rest_after; }
   /// Throws ConfigError if no body can move so.
@@ -106,7 +106,7 @@ class Motion {
     Jet north, east, heading, curvature;
   };
   Path path(const Jet& u) const;
-  void take_own_way(const Course& course, std::uint64_t seed);
+  void take_own_way(const CourseOptions& course, std::uint64_t seed);
   double time_at(double u) const;
   Jet progress(double t, Jet* envelope) const;
 
