@@ -38,6 +38,13 @@ def test_tables_are_the_files(run, tmp_path):
     assert (tmp_path / "report.html").read_text() == run.report()
 
 
+def test_verdict_is_that_of_the_summary(run):
+    assert run.verdict == run.summary["verdict"]
+    assert run.verdict["consistent"] is True  # the shipped run holds
+    assert run.verdict["findings"] == []
+    assert {"nis", "rejected"} <= set(run.verdict["sources"]["gnss[0].position"])
+
+
 def test_index_is_time(run):
     frame = run.smoothed.to_pandas()
     assert frame.index.name == "gps_time"

@@ -1,19 +1,16 @@
 // What the pages name is there: programs, scripts, configurations, files and tests.
-// files and tests.
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
-#include <memory>
 #include <regex>
 #include <string>
 #include <vector>
 
+#include "support/ctest_list.h"
 #include "support/places.h"
 #include "support/text_file.h"
 
@@ -54,16 +51,6 @@ std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;
-}
-
-/// The tests of this build, as ctest lists them.
-std::string tests() {
-  const std::string command = "'" + ctest_program() + "' --test-dir '" + build_folder() + "' -N";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  std::string text;
-  std::array<char, 4096> part{};
-  while (std::fgets(part.data(), part.size(), pipe.get()) != nullptr) text += part.data();
-  return text;
 }
 
 TEST(Docs, NameProgramsThatAreBuilt) {
@@ -140,7 +127,7 @@ TEST(Docs, ShowKeysThatAreRead) {
 }
 
 TEST(Docs, NameTestsThatExist) {
-  const std::string list = tests();
+  const std::string list = ctest_list();
   if (list.find("_NOT_BUILT") != std::string::npos)
     GTEST_SKIP() << "build every test first: ctest does not know them all";
   const std::vector<std::string> all = lines_of(list);

@@ -6,11 +6,11 @@
 
 #include <functional>
 #include <limits>
-#include <numbers>
 
 #include "piste/replay/replay.h"
 #include "piste/start/attitude_noise.h"
 #include "support/simulated_case.h"
+#include "support/solutions_apart.h"
 
 namespace piste::test {
 namespace {
@@ -27,38 +27,6 @@ struct DistanceCase {
 };
 
 void PrintTo(const DistanceCase& kind, std::ostream* out) { *out << kind.name; }
-
-// What two solutions differ by at most: values in sigmas, and sigmas by their ratio.
-struct Apart {
-  double value = 0, sigma = 0;
-
-  void add(const Eigen::Ref<const Eigen::VectorXd>& difference, const Eigen::Ref<const Eigen::VectorXd>& is,
-           const Eigen::Ref<const Eigen::VectorXd>& wanted) {
-    for (Eigen::Index i = 0; i < wanted.size(); ++i) {
-      if (wanted(i) == 0) continue;  // not estimated
-      value = std::max(value, std::abs(difference(i)) / wanted(i));
-      sigma = std::max(sigma, std::abs(is(i) / wanted(i) - 1));
-    }
-  }
-};
-
-Apart apart(const Solution& far, const Solution& near) {
-  Apart a;
-  EXPECT_EQ(far.size(), near.size());
-  for (std::size_t i = 0; i < std::min(far.size(), near.size()); ++i) {
-    const Navigation x = far.navigation(i), y = near.navigation(i);
-    const Sigmas is = far.sigmas(i), wanted = near.sigmas(i);
-    const World place(y.position);
-    const Vector3d turn =
-        (x.euler - y.euler).unaryExpr([](double angle) { return std::remainder(angle, 2 * std::numbers::pi); });
-    a.add(place.from_geodetic(x.position), is.position, wanted.position);
-    a.add(x.velocity - y.velocity, is.velocity, wanted.velocity);
-    a.add(turn, is.euler, wanted.euler);
-    const FullError difference = boxminus(far.estimate(i), near.estimate(i));  // of the blocks beyond navigation
-    a.add(difference, is.blocks, wanted.blocks);
-  }
-  return a;
-}
 
 Apart innovations_apart(const Solution& far, const Solution& near) {
   Apart a;
