@@ -71,7 +71,7 @@ class Properties : public testing::Test {
  protected:
   static constexpr double kSame = 1e-3;  // of a sigma
 
-  void each(const std::function<void(Random&, std::uint64_t)>& property, int usual = 10, int many = 1700) {
+  void each(const std::function<void(Random&, std::uint64_t)>& property, int usual = 5, int many = 1700) {
     const int cases = seeds(usual, many);
     for (int seed = 1; seed <= cases; ++seed) {
       SCOPED_TRACE(fmt::format("seed {}", seed));
