@@ -90,7 +90,7 @@ Crossing crossing_of(const PlaneCrossing& at, double height) {
 Crossed cross(const std::vector<Descent>& runs, const std::vector<CoursePath>& paths, const CoursePlane& plane,
               const std::string& name, double distance, double origin_height) {
   Crossed out;
-  out.passage = {.name = name, .distance = distance, .place = plane.place, .runs = {}};
+  out.passage = {.name = name, .distance = distance, .place = plane.place, .direction = plane.direction, .runs = {}};
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const auto at = crossing(paths[r], plane);
     if (!at) {

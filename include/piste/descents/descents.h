@@ -76,9 +76,10 @@ struct Crossing {
 
 /// A gate or a place of the line, with the crossing of each run.
 struct Passage {
-  std::string name;                   ///< empty: of the line
-  double distance = 0;                ///< along the line from the first gate [m]
-  Vector3d place = Vector3d::Zero();  ///< of the line, east, north, up
+  std::string name;                       ///< empty: of the line
+  double distance = 0;                    ///< along the line from the first gate [m]
+  Vector3d place = Vector3d::Zero();      ///< of the gate or of the line: east, north, up of the first run's first row
+  Vector3d direction = Vector3d::Zero();  ///< of the plane's normal, horizontal, in the same axes
   std::vector<Crossing> runs;
 };
 
