@@ -217,7 +217,9 @@ TEST_F(AskedOutputs, EventsLieWhereEpochsPlacedThereDo) {
       ++compared;
     }
   }
-  if (thorough()) EXPECT_GE(compared, 10000u);
+  if (thorough()) {
+    EXPECT_GE(compared, 10000u);
+  }
 }
 
 // A shutter that opens 17 ms after its mark: at 7 m/s the place is 12 cm off without the key, and right with it.
