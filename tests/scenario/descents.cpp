@@ -164,7 +164,7 @@ TEST_F(Skiers, GainedTimesAreAsSureAsTheySay) {
   }
   EXPECT_LE(shown_[0].gates.largest_sigma, 1e-3);
   EXPECT_LE(shown_[0].along.largest_sigma, 1e-3);
-  EXPECT_LE(shown_[1].gates.largest_sigma, 25e-3);
+  EXPECT_LE(shown_[1].gates.largest_sigma, 26e-3);  // of the last gate: it grows with the time since the first
   EXPECT_LE(shown_[1].sections.largest_sigma, 6e-3);
   // What the covariance between epochs is for: a slow error of the receiver is alike at both.
   EXPECT_LT(shown_[1].gates.largest_sigma, shown_[1].independent / 1.5);
