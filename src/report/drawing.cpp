@@ -198,7 +198,7 @@ std::string Drawing::axis_of(const Plot& plot) {
       return a.name;
     }
   }
-  const std::string name = fmt::format("axis_{}", data_.axes.size() + 1);
+  std::string name = fmt::format("axis_{}", data_.axes.size() + 1);
   const double step = (reach.high - reach.low) / kPlaces;  // rounding leaves no row outside
   data_.axes.push_back({name, label, unit, plot.x().log, reach.low - step, reach.high + step, shades});
   return name;
