@@ -14,9 +14,9 @@ namespace piste {
 std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& track,
                                        const std::optional<Interval>& within = {});
 
-/// 1-sigma of a matched offset [s]: that of the match, and what it leaves out. A body turns somewhat before or after its
-/// track, and the track between two fixes is unknown. Over simulated runs with skis and bicycles the offset was wrong by
-/// 0.012 s with ten fixes a second, by 0.03 to 0.06 s with one.
+/// 1-sigma of a matched offset [s]: that of the match, and what it leaves out. A body turns somewhat before or after
+/// its track, and the track between two fixes is unknown. Over simulated runs with skis and bicycles the offset was
+/// wrong by 0.012 s with ten fixes a second, by 0.03 to 0.06 s with one.
 double clock_sigma(double of_match, const GnssHealth& health);
 
 /// Turn rate of the gyroscopes divided by that of the track, with the IMU's clock `offset` ahead. 0 if the turns do not
