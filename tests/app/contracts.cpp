@@ -20,11 +20,13 @@ namespace fs = std::filesystem;
 
 /// The programs of this build.
 std::vector<std::string> programs() {
-  std::istringstream list(read_text(fs::path(build_folder()) / "programs.txt"));
   std::vector<std::string> names;
-  for (std::string line; std::getline(list, line);) {
-    if (line.starts_with("apps/")) names.push_back(line.substr(5));
+  for (const auto& entry : fs::directory_iterator(fs::path(program("replay")).parent_path())) {
+    const bool runs = (entry.status().permissions() & fs::perms::owner_exec) != fs::perms::none;
+    if (entry.is_regular_file() && runs && !entry.path().has_extension())
+      names.push_back(entry.path().filename().string());
   }
+  std::sort(names.begin(), names.end());
   return names;
 }
 
