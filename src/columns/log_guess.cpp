@@ -123,7 +123,7 @@ LogGuess guess_ubx(const std::string& file, std::string_view content) {
   const std::size_t pvt = count_of(content, kPvt), others = count_of(content, kPosLlh);
   if (pvt < kFew && others > pvt) {
     throw DataError(file + ":1", fmt::format("has {} NAV-PVT of u-blox, and its places stand in {} NAV-POSLLH, which "
-                                             "piste does not read, as they tell neither date nor kind of fix; let the "
+                                             "piste does not read, as they have neither date nor kind of fix; let the "
                                              "receiver write NAV-PVT, or convert the log to NMEA with GGA and RMC",
                                              pvt == 0 ? "no" : fmt::format("only {}", pvt), others));
   }

@@ -39,11 +39,9 @@ Vector3d SlowLevel::next(double time, const Vector3d& sigma) {
   recent_ = recent_.cwiseMax(stated);
   const Vector3d last = variance_;
   variance_ = (variance_ + part * (stated - variance_)).cwiseMin(recent_.cwiseMax(before_));
-  if (variance_ != last || !(trend_ - logarithm(variance_)).isZero(0)) {
-    const Vector3d now = logarithm(variance_), off = now - trend_;
-    change_ += (now - logarithm(last)).cwiseAbs2() + dt / kMinute * off.cwiseAbs2();
-    trend_ += part * off;
-  }
+  const Vector3d now = logarithm(variance_), off = now - trend_;
+  change_ += (now - logarithm(last)).cwiseAbs2() + dt / kMinute * off.cwiseAbs2();
+  trend_ += part * off;
   time_ = time;
   return variance_.cwiseQuotient(stated).cwiseSqrt();
 }

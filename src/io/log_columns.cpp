@@ -415,8 +415,8 @@ class FixReader {
 /// The rows of a log that repeat the last fix.
 struct HeldRows {
   std::size_t settled = 0;  ///< half the usual number of rows from one new place to the next
-  std::size_t apart =
-      0;  ///< within which the longitude follows the latitude, or this that; 0 where both change at once
+  /// Rows within which the second coordinate of a fix follows the first one; 0 if both change in one row.
+  std::size_t apart = 0;
 };
 
 // Whether one coordinate made the one place, and the other coordinate the other.

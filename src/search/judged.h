@@ -12,6 +12,7 @@
 #include "piste/core/log.h"
 #include "piste/diagnosis/diagnose.h"
 #include "piste/inspect/inspection.h"
+#include "piste/replay/replay.h"
 
 namespace piste {
 

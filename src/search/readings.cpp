@@ -32,7 +32,7 @@ struct Question {
 
 InspectedLog& body_of(Inspection& found) { return found.logs[*found.first(LogKind::kImu)]; }
 
-// Turns what was found in other axes into those that `axes` states, or that the motion told.
+// States the axes; nothing: those estimated from the motion. Lever arms are turned into them.
 void say_axes(Inspection& found, const std::optional<Matrix3d>& axes) {
   const Matrix3d before = guess_conditioning(found).R_bs;
   found.axes = axes;
@@ -44,8 +44,8 @@ void say_axes(Inspection& found, const std::optional<Matrix3d>& axes) {
   }
 }
 
-// Where motion tells none, gravity leaves four: forward is any axis across. Where the IMU sits askew, those as near.
-// The attitude is one of the body, so that no likelihood tells them apart unless a vehicle does.
+// If the motion does not determine the axes, gravity leaves four: forward is any horizontal axis. If the IMU sits
+// askew, there are several nearest ones. Replays with them are equally likely, as the attitude is that of the body.
 std::optional<Question> about_axes(const Inspection& found) {
   const Matrix3d R_bs = guess_conditioning(found).R_bs;
   const LogMatch* match = found.first_match();
@@ -77,7 +77,7 @@ std::optional<Question> about_velocities(const Inspection& found) {
                   {{"use: position", say(true)}, {"use: position velocity", say(false)}}};
 }
 
-// Reads the rates in a unit, in which the noise that was found is as well.
+// States the unit of the rates, and converts the estimated errors of the gyroscopes into it.
 void say_unit(Inspection& found, const std::string& unit) {
   std::string& now = body_of(found).log.columns->uses.at("gyro").unit;
   if (now == unit) return;

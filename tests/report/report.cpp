@@ -144,7 +144,8 @@ TEST(TuningPage, HasEveryNumberWithItsInterval) {
   tuning.nis = {{"gnss[0].position", 100, 1.02, 0.03}};
   const std::string page = tuning_page(tuning, "run <1>", "name: <x>", "1");
   for (const char* part : {"run &lt;1&gt;", "<td class=\"number\">0.0494 to 0.0524</td>", "1 of 2", "12.5", "321 rows",
-                           "1.02 ± 0.03", "<td class=\"number\">0.000548 to 4.56</td>", "name: &lt;x&gt;", "not determined by the data", "<b>Figure 1.</b>"}) {
+                           "1.02 ± 0.03", "<td class=\"number\">0.000548 to 4.56</td>", "name: &lt;x&gt;",
+                           "not determined by the data", "<b>Figure 1.</b>"}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;
   }
   EXPECT_NE(tuning_page({}, "", "", "").find("</html>"), std::string::npos);

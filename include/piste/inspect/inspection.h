@@ -139,8 +139,8 @@ struct Inspection {
   std::vector<InspectedRound> rounds = {};
   std::vector<InspectedDoubt> doubts = {};
   bool any_heading = false;  ///< the body does not leave its place, so that no heading is found
-  /// The axes of the first IMU (ImuConditioning::R_bs), if a replay of the whole log told other ones than the motion of
-  /// its windows.
+  /// The axes of the first IMU (ImuConditioning::R_bs), if a replay of the whole log takes other ones than the motion
+  /// of its windows.
   std::optional<Matrix3d> axes = std::nullopt;
 
   /// Index of the first log of a kind, or nothing.

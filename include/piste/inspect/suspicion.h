@@ -49,7 +49,7 @@ enum class LogFault {
   kPositionJumps,
   kSigmaTooSmall,
   // It costs accuracy.
-  kDoubt,  ///< two readings of the logs are as likely, or the whole log told another one than a part of it
+  kDoubt,  ///< two readings of the logs are equally likely, or the whole log contradicts the one of a part
   kCoordinatesRounded,
   kClipped,
   kSigmaTooLarge,

@@ -1,5 +1,5 @@
 #pragma once
-/// Weighs other readings of the same logs against the one that an inspection found.
+/// Readings of the same logs, compared by the likelihood of a replay with each.
 
 #include <functional>
 
@@ -8,16 +8,18 @@
 
 namespace piste {
 
-/// Asks what stayed a guess: which axes of the IMU point forward and right, whether a car carries it, whether the
-/// receiver's velocities agree with its positions, in which unit rates without a label are. Each answer is a reading:
-/// it is replayed over the whole log, an hour at most, and weighed by ln p, the log-likelihood of the innovations of
-/// the sources that all readings predict.
+/// Weighs the readings that the first inspection leaves open: which axes of the IMU point forward, right and down,
+/// whether the receiver's velocities agree with its positions, in which unit rates without a label are. Each reading is
+/// replayed over the whole log, an hour at most. Its weight is ln p, the log-likelihood of the innovations that all
+/// readings predict.
 ///
-/// A reading that gains more than ln(number of readings) + 3 over the one that was found is taken. Where the second is
-/// within that bound of the first, both stand in `found.doubts`, and `found.suspicions` has a line about them. A
-/// question whose other readings do not run leaves no doubt.
+/// A reading that gains more than ln(number of readings) + 3 over the first one is taken, or where the first does not
+/// run. If the second best is within that bound of the best, both stand in `found.doubts`. `found.suspicions` has a
+/// line about either. A question of which no reading runs changes nothing; nothing is thrown.
 ///
 /// `configured`: writes and reads the configuration of an inspection as it is at the moment.
+///
+///     weigh_readings(found, configured);  // found.doubts: axes: +x +y +z or axes: -x -y +z, as likely
 void weigh_readings(Inspection& found, const std::function<ReplayConfig(const Inspection&)>& configured);
 
 }  // namespace piste
