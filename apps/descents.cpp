@@ -64,7 +64,8 @@ int main(int argc, char** argv) {
            "Compares runs of one course. Gives crossing times at gates, and the time gained in sections and along "
            "a line, each with its sigma.",
        .input = "RUN",
-       .input_help = "configurations of replay, which are run, or folders of replays; NAME=RUN names one",
+       .input_help = "configurations of replay, which are run, or folders of replays; NAME=RUN names one; of a single "
+                     "RUN its laps are compared",
        .many_inputs = true,
        .files = {{"gates",
                   "gates in the order passed: name,latitude_deg,longitude_deg[,heading_deg] (default: the "

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kStep = 0.25;  // m: standstill makes no line
 constexpr double kReach = 1;    // m
+constexpr double kTrack = 15;   // m: half the width in which laps of one course lie
 
 Vector3d horizontal(const Vector3d& v) { return {v.x(), v.y(), 0}; }
 Vector3d right_of(const Vector3d& direction) { return {direction.y(), -direction.x(), 0}; }
@@ -116,6 +117,32 @@ std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane&
     if (best && about > std::abs(best->offset) + kNear) continue;
     const PlaneCrossing found = crossing_within(path, plane, i);
     if (!best || std::abs(found.offset) < std::abs(best->offset)) best = found;
+  }
+  return best;
+}
+
+std::vector<std::size_t> passes(const CoursePath& path, const CoursePlane& plane) {
+  std::vector<std::size_t> rows;
+  double before = plane.direction.dot(path.position.front() - plane.place);
+  for (std::size_t i = 0; i + 1 < path.position.size(); ++i) {
+    const double after = plane.direction.dot(path.position[i + 1] - plane.place);
+    if (before < 0 && after >= 0 && horizontal(path.position[i] - plane.place).norm() < kTrack) rows.push_back(i);
+    before = after;
+  }
+  return rows;
+}
+
+CoursePlane most_passed(const CoursePath& path) {
+  const CourseLine line(path.position);
+  constexpr double kApart = 5;  // m, between places that are tried
+  CoursePlane best{line.at(0), line.direction(0)};
+  std::size_t most = 0;
+  for (double s = kReach; s < line.length(); s += kApart) {
+    const CoursePlane plane{line.at(s), line.direction(s)};
+    const std::size_t count = passes(path, plane).size();
+    if (count <= most) continue;
+    most = count;
+    best = plane;
   }
   return best;
 }

@@ -48,6 +48,11 @@ struct PlaneCrossing {
 /// Of all forward crossings the one nearest to the plane's place; nothing if there is none.
 std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane& plane);
 
+/// The rows before each forward crossing of the plane that is within `kTrack` of its place, in ascending order.
+std::vector<std::size_t> passes(const CoursePath& path, const CoursePlane& plane);
+/// The plane across the path that it passes most often so, and of several the earliest.
+CoursePlane most_passed(const CoursePath& path);
+
 /// Distances along the line of the apexes of its turns: where the direction changes fastest between two changes of its
 /// sense, in turns of more than 15°.
 std::vector<double> apexes(const CourseLine& line);

@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "descents/course.h"
 #include "io/text_reader.h"
@@ -52,11 +54,11 @@ std::vector<ErrorNumber> numbers_of(const Descent& run, const std::vector<Crossi
   const Solution& solution = replay.solution();
   std::vector<ErrorNumber> numbers;
   for (const CrossingError& error : errors) {
-    const Estimate x = solution.estimate(error.row);
+    const Estimate x = solution.estimate(error.row + run.first_row);
     const Matrix3d R_wn = solution.world().rotation_wn(x.p_wb);
     const Vector3d along = R_wn * Vector3d(error.factor.y(), error.factor.x(), -error.factor.z()),
                    arm = x.R_wb() * run.point.lever_arm;
-    ErrorNumber number{.row = error.row};
+    ErrorNumber number{.row = error.row + run.first_row};
     number.a.head<3>() = along;
     number.a.segment<3>(full_offset(Block::kAttitude)) = arm.cross(along);
     numbers.push_back(number);
@@ -165,6 +167,52 @@ class TimeErrors {
   Eigen::MatrixXd covariances_;
 };
 
+// Covariances between all crossings of two laps of one replay.
+class LapErrors {
+ public:
+  // `gates` first, then the places along the line; of the first lap, then of the other.
+  LapErrors(const std::vector<Descent>& runs, std::size_t r, const std::vector<Crossed>& gates,
+            const std::vector<Crossed>& along)
+      : of_lap_(gates.size() + along.size()) {
+    std::vector<ErrorNumber> numbers;
+    for (const std::size_t lap : {std::size_t{0}, r}) {
+      std::vector<CrossingError> errors;
+      for (const std::vector<Crossed>* list : {&gates, &along}) {
+        for (const Crossed& c : *list) errors.push_back(c.errors[lap]);
+      }
+      const std::vector<ErrorNumber> of_one = numbers_of(runs[lap], errors);
+      numbers.insert(numbers.end(), of_one.begin(), of_one.end());
+    }
+    std::vector<std::size_t> order(numbers.size()), all(numbers.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = all[i] = i;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return numbers[a].row < numbers[b].row; });
+    rank_.resize(order.size());
+    std::vector<ErrorNumber> sorted;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      rank_[order[k]] = static_cast<Eigen::Index>(k);
+      sorted.push_back(numbers[order[k]]);
+    }
+    covariances_ = lagged_covariances(runs.front().replay->smoothable(), sorted, all);
+  }
+  // Of the time that the other lap gained from the crossing i to the crossing j.
+  double variance(std::size_t i, std::size_t j) const {
+    const std::array<std::pair<std::size_t, double>, 4> terms{{{j, 1}, {i, -1}, {of_lap_ + j, -1}, {of_lap_ + i, 1}}};
+    double sum = 0;
+    for (const auto& [a, of_a] : terms) {
+      for (const auto& [b, of_b] : terms) {
+        sum += of_a * of_b * covariances_(std::min(rank_[a], rank_[b]), std::max(rank_[a], rank_[b]));
+      }
+    }
+    return std::max(0.0, sum);
+  }
+
+ private:
+  std::size_t of_lap_;
+  std::vector<Eigen::Index> rank_;
+  Eigen::MatrixXd covariances_;
+};
+
 // Sigmas from the columns of a folder: of times alone.
 void set_folder_sigmas(const Descent& run, std::size_t r, std::vector<Crossed>& all, double common) {
   if (run.track.sigma_position.empty()) return;
@@ -197,6 +245,20 @@ Sigmas2 set_replay_sigmas(const Descent& run, std::size_t r, std::vector<Crossed
     set(along[i], n + i);
     out.along.push_back(errors.variance(n, n + i));
   }
+  return out;
+}
+
+// Variances of what the lap r gained on the first lap.
+Sigmas2 gained_between_laps(const std::vector<Descent>& runs, std::size_t r, const std::vector<Crossed>& gates,
+                            const std::vector<Crossed>& along) {
+  const LapErrors errors(runs, r, gates, along);
+  Sigmas2 out;
+  const std::size_t n = gates.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    out.gates.push_back(errors.variance(0, i));
+    if (i > 0) out.sections.push_back(errors.variance(i - 1, i));
+  }
+  for (std::size_t i = 0; i < along.size(); ++i) out.along.push_back(errors.variance(n, n + i));
   return out;
 }
 
@@ -257,8 +319,29 @@ std::vector<PlacedGate> placed_gates(const std::vector<Gate>& gates, const Cours
   return placed;
 }
 
+constexpr double kShortestLap = 1;  // m: of less no line is made
+
+// Rows `first` to `end` − 1.
+Trajectory rows_of(const Trajectory& track, std::size_t first, std::size_t end) {
+  Trajectory part = track;
+  const auto cut = [&](auto& column) {
+    if (column.empty()) return;
+    column.erase(column.begin() + static_cast<std::ptrdiff_t>(end), column.end());
+    column.erase(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(first));
+  };
+  cut(part.time);
+  cut(part.place);
+  cut(part.velocity);
+  cut(part.attitude);
+  cut(part.sigma_position);
+  cut(part.sigma_velocity);
+  cut(part.sigma_euler);
+  cut(part.covariance);
+  return part;
+}
+
 void check_runs(const std::vector<Descent>& runs) {
-  if (runs.size() < 2) throw ConfigError("", "two runs at least are compared");
+  if (runs.empty()) throw ConfigError("", "two runs at least are compared");
   std::set<std::string> names;
   for (const Descent& run : runs) {
     if (!names.insert(run.name).second) {
@@ -340,9 +423,49 @@ std::vector<Gate> read_gates(const std::filesystem::path& file) {
   return gates;
 }
 
+std::vector<Descent> laps_of(const Descent& run, const std::vector<Gate>& gates) {
+  const EnuFrame frame(run.track.place.front());
+  const double height = run.track.place.front().height;
+  const CoursePath path = path_of(run, frame);
+  if (CourseLine(path.position).length() < 2 * kShortestLap) return {};
+  const CoursePlane start = gates.empty()
+                                ? most_passed(path)
+                                : placed_gates({gates.front()}, CourseLine(path.position), frame, height).front().plane;
+  const std::vector<std::size_t> begins = passes(path, start);
+  std::vector<Descent> laps;
+  std::vector<PlacedGate> placed;
+  for (std::size_t k = 0; k < begins.size(); ++k) {
+    const std::size_t first = begins[k], end = k + 1 < begins.size() ? begins[k + 1] : path.time.size();
+    Descent lap{.name = fmt::format("{}_{}", run.name, laps.size() + 1),
+                .track = rows_of(run.track, first, end),
+                .replay = run.replay,
+                .point = run.point,
+                .first_row = run.first_row + first};
+    const CoursePath of_lap = path_of(lap, frame);
+    if (laps.empty()) {
+      const CourseLine line(of_lap.position);
+      placed = line.length() > 2 * kShortestLap ? placed_gates(gates, line, frame, height) : std::vector<PlacedGate>();
+    }
+    const bool whole = placed.size() >= 2 && std::all_of(placed.begin(), placed.end(), [&](const PlacedGate& gate) {
+                         return crossing(of_lap, gate.plane).has_value();
+                       });
+    if (whole) laps.push_back(std::move(lap));
+  }
+  return laps;
+}
+
 DescentReport compare_descents(const std::vector<Descent>& runs, const std::vector<Gate>& gates,
                                const DescentOptions& options) {
   check_runs(runs);
+  if (runs.size() == 1) {
+    const std::vector<Descent> laps = laps_of(runs.front(), gates);
+    if (laps.size() < 2) {
+      throw ConfigError("", fmt::format("two runs at least are compared, or the laps of one; `{}` does not pass its "
+                                        "start{} twice and all gates after it",
+                                        runs.front().name, gates.empty() ? "" : " `" + gates.front().name + "`"));
+    }
+    return compare_descents(laps, gates, options);
+  }
   DescentReport report;
   report.runs.reserve(runs.size());
   for (const Descent& run : runs) report.runs.push_back(run.name);
@@ -379,9 +502,14 @@ DescentReport compare_descents(const std::vector<Descent>& runs, const std::vect
       set_folder_sigmas(runs[r], r, along, options.common);
     }
   }
-  // Two runs are independent.
+  // Two runs are independent; two laps of one replay are not.
+  std::vector<Sigmas2> laps(runs.size());
+  for (std::size_t r = 1; r < runs.size(); ++r) {
+    if (runs[r].replay && runs[r].replay == runs[0].replay) laps[r] = gained_between_laps(runs, r, at_gates, along);
+  }
   const auto together = [&](std::size_t r, std::vector<double> Sigmas2::*of, std::size_t i) {
     if (r == 0) return 0.0;
+    if (!(laps[r].*of).empty()) return std::sqrt((laps[r].*of)[i]);
     if (!runs[r].replay || !runs[0].replay) return kNaN;
     return std::sqrt((sigmas[0].*of)[i] + (sigmas[r].*of)[i]);
   };

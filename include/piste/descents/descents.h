@@ -33,6 +33,7 @@ struct Descent {
   Trajectory track;                                ///< of the IMU, or of a point; with velocities
   std::shared_ptr<const Replay> replay = nullptr;  ///< with its history; null for a folder
   OutputPoint point = {};
+  std::size_t first_row = 0;  ///< of a lap: that of its track among the rows of its replay
 
   /// E[x_i x_j] of errors of crossing times in ascending rows, for each i of `early` and all j ≥ i. @pre has a replay
   Eigen::MatrixXd covariances(const std::vector<CrossingError>& errors, const std::vector<std::size_t>& early) const;
@@ -51,6 +52,12 @@ struct Gate {
   Geodetic place;
   std::optional<double> heading = std::nullopt;  ///< rad; without it that of the line where it is nearest in plan
 };
+
+/// The laps of one log, named NAME_1, NAME_2 and so on. Each begins where the run passes the start within 15 m and in
+/// the same direction, and ends before it does so again. The start is the first gate; without gates it is the earliest
+/// place of the path that is passed most often. Only what passes all gates is a lap (without gates the apexes of the
+/// first lap's turns). Laps share their replay. Fewer than two are no error here.
+std::vector<Descent> laps_of(const Descent& run, const std::vector<Gate>& gates);
 
 /// Reads gates in the order in which they are passed: `name, latitude_deg, longitude_deg`, optional `heading_deg`, a
 /// cell of which may be empty. Throws DataError.
@@ -99,8 +106,10 @@ struct DescentReport {
   std::vector<std::string> without_sigma;  ///< runs that are folders
 };
 
-/// Compares two runs or more. Without gates these are the apexes of the line's turns. Throws DataError if a run does
-/// not cross a gate forwards, ConfigError if the line is no run or names are repeated.
+/// Compares two runs or more, or the laps of one (laps_of). Gained times of two laps of one replay take the covariances
+/// between all four crossings: they are not independent. Without gates these are the apexes of the line's turns. Throws
+/// DataError if a run does not cross a gate forwards, ConfigError if the line is no run, names are repeated, or one run
+/// has no laps.
 DescentReport compare_descents(const std::vector<Descent>& runs, const std::vector<Gate>& gates,
                                const DescentOptions& options = {});
 
