@@ -60,6 +60,8 @@ GnssFix in_world(const World& world, const GeodeticFix& fix) {
                  fix.sigma_position, fix.velocity,
                  fix.correlation,    fix.slow_level,
                  fix.slow_change};
+  result.quality = fix.quality;
+  result.satellites = fix.satellites;
   if (result.velocity) result.velocity->value = world.rotation_wn(result.position) * fix.velocity->value;
   return result;
 }

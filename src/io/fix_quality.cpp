@@ -1,6 +1,8 @@
 #include "io/fix_quality.h"
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -31,6 +33,11 @@ std::optional<FixQuality> quality_of_rtklib(double q) {
   using enum FixQuality;
   static constexpr std::array kAll{kFixed, kFloat, kSbas, kDifferential, kSingle, kPrecise, kDeadReckoned};
   return numbered(kAll, q);
+}
+
+std::uint8_t satellites_of(double number) {
+  constexpr double kMost = std::numeric_limits<std::uint8_t>::max();
+  return number > 0 ? static_cast<std::uint8_t>(std::min(number, kMost)) : std::uint8_t{0};
 }
 
 std::optional<FixQuality> quality_of_word(std::string_view word) {

@@ -35,6 +35,7 @@ struct Dialect {
 struct Place {
   Geodetic position;
   FixQuality quality = FixQuality::kUnknown;
+  std::uint8_t satellites = 0;
   bool above_sea = false;  ///< the height is, as the geoid's is not stated
   bool repeats = false;    ///< of GNS, which may stand beside a GGA of the same time
 };
@@ -152,6 +153,7 @@ Contents read_gga(const Sentence& s) {
   if (!contents.time_of_day) s.fail("a fix without its time of day");
   Place place;
   place.quality = quality_of(s);
+  place.satellites = satellites_of(number_in(s.text(7), TextReader::Separator::kComma).value_or(0));
   place.above_sea = s.text(11).empty();
   if (place.above_sea && s.dialect().geoid) {
     s.fail(std::string(kNoGeoid));
@@ -472,6 +474,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
     fix.time = times.next(gps_time(e.day, *e.time_of_day, TimeSystem::kUtc), row);
     fix.position = e.place->position;
     fix.quality = e.estimated ? FixQuality::kDeadReckoned : e.place->quality;
+    fix.satellites = e.place->satellites;
     gnss.above_sea += e.place->above_sea ? 1 : 0;
     if (!e.sigma && !log.sigma && is_for_use(faults)) {
       row.fail(

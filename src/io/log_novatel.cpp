@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gps_time.h"
+#include "io/fix_quality.h"
 #include "io/novatel_ascii.h"
 #include "log_formats.h"
 #include "piste/math/earth.h"
@@ -140,6 +141,7 @@ class NovatelFixes {
     if (fields[6] != "WGS84") reader_.fail(fmt::format("the datum is {}; WGS84 is expected", fields[6]));
     GeodeticFix fix;
     fix.quality = quality_of(reader_, fields[1]);
+    fix.satellites = satellites_of(number_in(fields[14], TextReader::Separator::kComma).value_or(0));
     fix.position =
         geodetic_degrees(reader_.number(2), reader_.number(3), reader_.number(4) + reader_.number(5));  // + geoid
     fix.sigma_position = {reader_.number(7), reader_.number(8), reader_.number(9)};

@@ -198,6 +198,7 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
         fix.velocity = {{value("vn(m/s)"), value("ve(m/s)"), -value("vu(m/s)")}, sigma};
     }
     if (header->find("Q")) fix.quality = quality_of(reader, value("Q"));
+    if (header->find("ns")) fix.satellites = satellites_of(value("ns"));
     check_fix(fix, log, reader);
     gnss.fixes.push_back(fix);
   };

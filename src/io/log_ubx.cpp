@@ -135,6 +135,8 @@ class NavPvt {
     }
   }
 
+  std::uint8_t satellites() const { return at<std::uint8_t>(23); }
+
   Geodetic position() const {
     return geodetic_degrees(at<std::int32_t>(28) * 1e-7, at<std::int32_t>(24) * 1e-7, at<std::int32_t>(32) * 1e-3);
   }
@@ -216,6 +218,7 @@ GnssRecording read_gnss_ubx(const LogFile& log, RowFaults* faults) {
     fix.sigma_position = pvt.sigma_position();
     fix.velocity = pvt.velocity();
     fix.quality = pvt.quality();
+    fix.satellites = pvt.satellites();
     if (before && before->time() == pvt.time()) take_covariance(*before, fix, log);
     check_fix(fix, log, reader);
     gnss.fixes.push_back(fix);

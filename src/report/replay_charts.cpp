@@ -146,15 +146,15 @@ void add_signals(Data& data, const Log& log, const Solution& solution) {
   }
 }
 
-// The place of the fix behind an innovation of a receiver's position; nothing for others.
-std::optional<Vector3d> place_of(const Log& log, std::string_view source, const Innovation& v) {
+// The fix behind an innovation of a receiver's position; null for others.
+const GnssFix* fix_of(const Log& log, std::string_view source, const Innovation& v) {
   for (std::size_t k = 0; k < log.gnss.size(); ++k) {
     if (source != fmt::format("gnss[{}].position", k)) continue;
     const double stated = v.time + v.late;
     const auto fix = first_at_or_after(log.gnss[k], stated - kTimeStep);
-    if (fix != log.gnss[k].end() && fix->time <= stated + kTimeStep) return fix->position;
+    if (fix != log.gnss[k].end() && fix->time <= stated + kTimeStep) return &*fix;
   }
-  return std::nullopt;
+  return nullptr;
 }
 
 // The unit of a source's residuals in innovations.csv.
@@ -171,10 +171,13 @@ class Residuals {
   Residuals(const ReplayReport& report, std::size_t source) : name_(report.filtered->sources[source]) {
     const auto index = static_cast<int>(source);
     for (const Innovation& v : report.filtered->innovations) {
-      if (v.source == index) add(v, place_of(*report.log, name_, v));
+      if (v.source == index) add(v, fix_of(*report.log, name_, v));
     }
   }
   bool empty() const { return time_.empty(); }
+  // Whether its log states them.
+  bool has_quality() const { return any(quality_); }
+  bool has_satellites() const { return any(satellites_); }
 
   std::string json() const {
     PackedTable packed;
@@ -191,6 +194,8 @@ class Residuals {
       packed.add("north_m", north_, kMetreStep);
       packed.add("east_m", east_, kMetreStep);
     }
+    if (has_quality()) packed.add("quality", quality_, 1);
+    if (has_satellites()) packed.add("satellites", satellites_, 1);
     return packed.json();
   }
 
@@ -226,7 +231,10 @@ class Residuals {
 
  private:
   std::size_t rows() const { return rows_; }
-  void add(const Innovation& v, const std::optional<Vector3d>& place) {
+  static bool any(const std::vector<double>& values) {
+    return std::ranges::any_of(values, [](double v) { return std::isfinite(v); });
+  }
+  void add(const Innovation& v, const GnssFix* fix) {
     time_.push_back(v.time);
     for (int k = 0; k < 3; ++k) {
       const auto row = static_cast<std::size_t>(k);
@@ -238,14 +246,17 @@ class Residuals {
     gate_.push_back(v.gate > 0 ? v.gate : kNaN);
     outcome_.push_back(static_cast<double>(v.outcome));
     dof_.push_back(v.dof);
-    north_.push_back(place ? place->x() : kNaN);
-    east_.push_back(place ? place->y() : kNaN);
-    placed_ = placed_ || place.has_value();
+    north_.push_back(fix != nullptr ? fix->position.x() : kNaN);
+    east_.push_back(fix != nullptr ? fix->position.y() : kNaN);
+    placed_ = placed_ || fix != nullptr;
+    const bool kind = fix != nullptr && fix->quality != FixQuality::kUnknown;
+    quality_.push_back(kind ? static_cast<double>(fix->quality) : kNaN);
+    satellites_.push_back(fix != nullptr && fix->satellites > 0 ? fix->satellites : kNaN);
   }
   std::string name_;
   std::size_t rows_ = 0;
   bool placed_ = false;
-  std::vector<double> time_, nis_, gate_, outcome_, dof_, north_, east_;
+  std::vector<double> time_, nis_, gate_, outcome_, dof_, north_, east_, quality_, satellites_;
   std::array<std::vector<double>, 3> residual_, sigma_;
 };
 
@@ -412,7 +423,9 @@ Data replay_data(const ReplayReport& report) {
        "Measured less predicted, of the filter. NIS over its number of rows should be 1 in the mean; what is beyond "
        "the gate is rejected."},
       {"errors", "Errors of the IMU and other estimates", "With 1-sigma bands. Dashed: ± the prior."},
-      {"sources", "Sources", "A strip for each source: what became of its measurements."}};
+      {"sources", "Sources",
+       "A strip for each source: what became of its measurements; kind and satellites of fixes, where a log states "
+       "them."}};
   if (best.empty()) return data;
   data.start = best.time(0);
   data.end = best.time(best.size() - 1);
@@ -429,10 +442,21 @@ Data replay_data(const ReplayReport& report) {
   add_signals(data, *report.log, best);
   add_accuracy(data.charts, best);
   if (report.smoothed != nullptr) add_changes(data.charts);
+  bool with_quality = false;
+  Chart satellites{.name = "satellites",
+                   .title = "Satellites of each fix",
+                   .unit = "",
+                   .group = "sources",
+                   .table = "",
+                   .curves = {}};
   for (std::size_t k = 0; k < report.filtered->sources.size(); ++k) {
     const Residuals residuals(report, k);
     if (residuals.empty()) continue;
     const std::string table = fmt::format("source_{}", k);
+    with_quality = with_quality || residuals.has_quality();
+    if (residuals.has_satellites()) {
+      satellites.curves.push_back({.label = report.filtered->sources[k], .value = "satellites", .table = table});
+    }
     data.tables.emplace_back(table, residuals.json());
     for (Chart& chart : residuals.charts(table)) data.charts.push_back(std::move(chart));
   }
@@ -441,13 +465,16 @@ Data replay_data(const ReplayReport& report) {
   first.fixed = best.fixed;
   first.append(best.row(0));
   add_biases(data.charts, report, biases_table(first));
-  data.charts.push_back({.name = "outcome",
-                         .title = "Outcome of every measurement",
-                         .unit = "",
-                         .group = "sources",
-                         .table = "sources",
-                         .curves = {},
-                         .points = true});
+  const auto strip = [&data](const char* name, const char* title, const char* table) {
+    data.charts.push_back(
+        {.name = name, .title = title, .unit = "", .group = "sources", .table = table, .curves = {}, .points = true});
+  };
+  strip("outcome", "Outcome of every measurement", "sources");
+  if (with_quality) strip("quality", "Kind of every fix, as its receiver states it", "qualities");
+  if (!satellites.curves.empty()) {
+    satellites.table = satellites.curves.front().table;
+    data.charts.push_back(std::move(satellites));
+  }
   return data;
 }
 

@@ -252,6 +252,7 @@ TEST_F(LogIo, RtklibSeparatorsAndQuality) {
     ASSERT_EQ(gnss.fixes.size(), 2u) << separator;
     EXPECT_EQ(gnss.fixes[0].quality, FixQuality::kFixed);
     EXPECT_EQ(gnss.fixes[1].quality, FixQuality::kPrecise);
+    EXPECT_EQ(gnss.fixes[1].satellites, 9);
   }
 }
 

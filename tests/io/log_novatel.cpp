@@ -65,6 +65,7 @@ TEST(NovatelFixes, PublishedLogs) {
   ASSERT_EQ(gnss.fixes.size(), 1U);
   EXPECT_EQ(gnss.fixes[0].time, 502061);
   EXPECT_EQ(gnss.fixes[0].quality, FixQuality::kPrecise);
+  EXPECT_EQ(gnss.fixes[0].satellites, 39) << "of 43 tracked";
   EXPECT_NEAR(gnss.fixes[0].position.latitude, 51.15043706870 * kDegree, 1e-12);
   EXPECT_NEAR(gnss.fixes[0].position.longitude, -114.03067882331 * kDegree, 1e-12);
   EXPECT_NEAR(gnss.fixes[0].position.height, 1097.3462 - 17.0001, 1e-9) << "above the ellipsoid";

@@ -123,6 +123,7 @@ TEST(Nmea, PublishedSentences) {
   EXPECT_DOUBLE_EQ(gnss.fixes[0].position.longitude, (11 + 31.0 / 60) * kDegree);
   EXPECT_DOUBLE_EQ(gnss.fixes[0].position.height, 545.4 + 46.9);
   EXPECT_EQ(gnss.fixes[0].quality, FixQuality::kSingle);
+  EXPECT_EQ(gnss.fixes[0].satellites, 8);
 
   const auto with_gst = nmea_of(
       "$GPGGA,172814.0,3723.46587704,N,12202.26957864,W,2,6,1.2,18.893,M,-25.669,M,2.0,0031*4F\r\n"
@@ -130,6 +131,7 @@ TEST(Nmea, PublishedSentences) {
       "$GNRMC,140800.00,A,4646.13684,N,00737.21786,E,15.370,136.28,230216,,,D*43\r\n");
   EXPECT_EQ(with_gst.fixes[0].sigma_position, Vector3d(0.023, 0.020, 0.031));
   EXPECT_EQ(with_gst.fixes[0].quality, FixQuality::kDifferential);
+  EXPECT_EQ(with_gst.fixes[0].satellites, 6);
   // 14:08 follows 17:28 by less than half a day: the same day, 2016-02-23, a Tuesday.
   EXPECT_DOUBLE_EQ(with_gst.fixes[0].time, 2 * 86400 + 17 * 3600 + 28 * 60 + 14 + 17);
 
@@ -360,8 +362,10 @@ std::string pvt(const test::Bytes& payload) { return ubx(1, 7, payload.text()); 
 std::string pvt(std::uint32_t time_of_week_ms) { return pvt(test::nav_pvt(time_of_week_ms)); }
 
 TEST(Ubx, NavPvt) {
-  const auto gnss = ubx_of(ubx(1, 3, "status") + pvt(604799800) + nmea("GPTXT,01") + pvt(0));
+  const auto gnss =
+      ubx_of(ubx(1, 3, "status") + pvt(test::nav_pvt(604799800).put<std::uint8_t>(23, 14)) + nmea("GPTXT,01") + pvt(0));
   ASSERT_EQ(gnss.fixes.size(), 2u);
+  EXPECT_EQ(gnss.fixes[0].satellites, 14);
   const GeodeticFix& fix = gnss.fixes[0];
   EXPECT_DOUBLE_EQ(fix.time, 604799.8);
   EXPECT_DOUBLE_EQ(gnss.fixes[1].time, 604800.0);

@@ -58,6 +58,44 @@ def make_run(replay, source, work):
     return work / "out"
 
 
+def check_kinds(browser, replay, source, work):
+    """Kinds and satellites of fixes, of a log that states them: as strip, chart and colours of the plan."""
+    kinds, rows = {}, rows_of(source / "data/ski_run/gnss.csv")
+    with open(work / "gnss.pos", "w") as file:
+        file.write("%  GPST      latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n")
+        for k, row in enumerate(rows):
+            quality, satellites = (1, 2, 5)[k // 300 % 3], 5 + k % 9
+            kinds[round(1000 * float(row["time_s"]))] = ({1: "fixed", 2: "float", 5: "single"}[quality], satellites)
+            file.write(f"{WEEK} {row['time_s']} {row['latitude_deg']} {row['longitude_deg']} {row['height_m']} {quality} {satellites} "
+                       f"{row['sigma_north_m']} {row['sigma_east_m']} {row['sigma_down_m']}\n")
+    text = (source / "config/ski_run.yaml").read_text().replace("../data/ski_run/gnss.csv", "gnss.pos").replace("../data/ski_run/", "").replace(
+        "sensors/", str(source / "config/sensors") + "/").replace("format: csv                         # csv | kf_gins | rtklib_pos", "format: rtklib_pos  #").replace(
+        "use: position velocity", "use: position")
+    (work / "kinds.yaml").write_text(text)
+    subprocess.run([replay, str(work / "kinds.yaml"), "--output", str(work / "kinds"), "--quiet"], check=True)
+    browser.open(work / "kinds/report.html")
+    browser.wait("window.piste && piste.charts.quality && piste.charts.satellites")
+    check(json.loads((work / "kinds/summary.json").read_text())["gps_week"] == WEEK, "the week of the log")
+    fixes = [row for row in rows_of(work / "kinds/innovations.csv") if row["source"] == "gnss[0].position"]
+    start, end = float(fixes[0]["time_s"]), float(fixes[-1]["time_s"])
+    strip = browser.run(f"piste.charts.quality.show({start}, {end}).then(() => piste.charts.quality.curves())")
+    drawn = sorted((round(1000 * t), curve["label"]) for curve in strip for t, v in zip(curve["t"], curve["value"]) if v is not None)
+    wanted = sorted((round(1000 * float(row["time_s"])), kinds[round(1000 * float(row["time_s"]))][0]) for row in fixes)
+    check(drawn == wanted, f"the strip has {len(drawn)} kinds of fixes, {len(wanted)} are right: {drawn[:3]}, {wanted[:3]}")
+    middle = (start + end) / 2
+    many = browser.run(f"piste.charts.satellites.show({middle}, {middle + 20}).then(() => piste.charts.satellites.drawn())")
+    check(len(many["t"]) > 100 and all(v == kinds[round(1000 * t)][1] for t, v in zip(many["t"], many["value"])), f"satellites: {many['value'][:9]}")
+    options = browser.run("[...document.getElementById('colour').options].map(o => o.value)")
+    check("solution" in options and "satellites" in options, f"colours of the plan: {options}")
+    for option in ("solution", "satellites"):
+        browser.run("(() => { const e = document.getElementById('colour'); e.value = '%s'; e.dispatchEvent(new Event('change')); })()" % option)
+        scale = browser.run("document.getElementById('scale').textContent")
+        check(all(k in scale for k in ("single", "float", "fixed")) if option == "solution" else re.match(r"5(\.0+)? .*13(\.0+)? satellites", scale),
+              f"the plan's scale for {option}: {scale}")
+    for fault in browser.faults():
+        check(False, fault)
+
+
 def close(a, b, turn):
     return abs(math.remainder(a - b, 360) if turn else a - b)
 
@@ -278,6 +316,8 @@ def main():
         check(shown == summary["warnings"], f"warnings: {shown} on the page, {summary['warnings']} in summary.json")
         for fault in browser.faults():
             check(False, fault)
+        check(browser.run("!piste.charts.quality && !piste.charts.satellites"), "kinds of fixes of a log without them")
+        check_kinds(browser, replay, source, work)
         for dark in (False, True):
             check_layout(browser, out, dark, pictures)
     print("all is as it should be" if not failures else f"{len(failures)} failures")

@@ -89,6 +89,7 @@ struct GeodeticFix {
   Correlation correlation = Correlation::Zero();
   Vector3d slow_level = Vector3d::Zero();   ///< as GnssFix has it; 0: not yet known
   Vector3d slow_change = Vector3d::Zero();  ///< as GnssFix has it
+  std::uint8_t satellites = 0;              ///< that were used for it; 0: the log does not say
 };
 
 /// The size σ̄ of a slow error of a receiver whose sigmas change. That of a first-order Gauss-Markov process follows its
@@ -243,6 +244,8 @@ struct GnssFix {
   Vector3d slow_level = Vector3d::Ones();
   Vector3d slow_change = Vector3d::Zero();  ///< variance by which that error may have changed (SlowLevel)
   bool runs_away = false;                   ///< its position is that of a ramp fault, and is not used
+  FixQuality quality = FixQuality::kUnknown;
+  std::uint8_t satellites = 0;  ///< as GeodeticFix has it
 
   /// L with L Lᵀ = the covariance of the position along the local level [m]: lower triangular, the sigmas on the
   /// diagonal where axes are not correlated.

@@ -14,7 +14,7 @@ function addCharts(specs) {
   for (const spec of specs) {
     const place = [...document.querySelectorAll('.place')].find(p => p.dataset.chart === spec.name);
     if (!place) continue;
-    if (spec.name === 'outcome') strip(spec);
+    if (strips[spec.name]) strip(spec);
     const chart = new Chart(spec, place);
     charts.push(chart);
     chart.axis.charts.push(chart);
@@ -26,7 +26,7 @@ function addCharts(specs) {
 
 const frame = () => new Promise(next => requestAnimationFrame(() => setTimeout(next)));
 async function start() {
-  const early = page.charts.filter(spec => spec.name !== 'outcome');
+  const early = page.charts.filter(spec => !strips[spec.name]);
   if (tables[which]) await tables[which].load();
   addCharts(early);
   for (const chart of charts.slice(0, 2)) { await chart.load(); chart.visible = true; chart.draw(); }
@@ -36,7 +36,7 @@ async function start() {
   makePlan();
   window.piste = {charts: handles, fixes: {drawn: () => measured.map(({time, used, source}) => ({time, used, source}))}};
   await frame();
-  addCharts(page.charts.filter(spec => spec.name === 'outcome'));
+  addCharts(page.charts.filter(spec => strips[spec.name]));
   for (const name of Object.keys(tables)) { await tables[name].load(); await frame(); }
   for (const chart of charts) if (chart.spec.name.startsWith('ratio_')) histogram(chart);
 }

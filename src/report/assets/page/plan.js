@@ -42,6 +42,8 @@ function makePlan() {
     if (kind === 'height') return {values: track.column('height_m'), unit: 'm'};
     if (kind === 'sigma') return {values: valuesOf(which, 'hypot:sigma_north_m,sigma_east_m', 0), unit: 'm'};
     if (kind === 'quality') return {values: recentShare(track.x), unit: 'share of fixes used'};
+    if (kind === 'solution') return {values: ofLastFix(track.x, 'quality'), kinds: qualities, colours: qualityColour};
+    if (kind === 'satellites') return {values: ofLastFix(track.x, 'satellites'), unit: 'satellites'};
     const speed = valuesOf(which, 'hypot:velocity_north_m_s,velocity_east_m_s,velocity_down_m_s', 0);
     if (!speed.some(Number.isFinite)) return {values: track.x.map(t => t - page.start), unit: 's'};
     return {values: speed, unit: 'm/s'};
@@ -57,6 +59,17 @@ function makePlan() {
         if (last.length > 10) sum -= last.shift();
       }
       out[i] = last.length ? sum / last.length : 0;
+    }
+    return out;
+  }
+
+  // What the last fix before each time had.
+  function ofLastFix(times, name) {
+    const out = new Float64Array(times.length);
+    let k = 0, last = NaN;
+    for (let i = 0; i < times.length; i++) {
+      for (; k < measured.length && measured[k].time <= times[i]; k++) if (Number.isFinite(measured[k][name])) last = measured[k][name];
+      out[i] = last;
     }
     return out;
   }
@@ -84,7 +97,7 @@ function makePlan() {
     const zoom = map.getZoomScale(map.getZoom(), 0), corner = map.getPixelBounds().min;
     const X = x => x * zoom - corner.x, Y = y => y * zoom - corner.y;
     const outside = (x, y) => x < -20 || y < -20 || x > size.x + 20 || y > size.y + 20;
-    const {values, unit} = colouring(), track = tables[which], times = track.x, view = time.view, {x: tx, y: ty} = points.track;
+    const {values, unit, kinds, colours} = colouring(), track = tables[which], times = track.x, view = time.view, {x: tx, y: ty} = points.track;
     let low = Infinity, high = -Infinity;
     for (const v of values) { if (v < low) low = v; if (v > high) high = v; }
     if (byId('ellipses-shown').checked) {
@@ -106,7 +119,7 @@ function makePlan() {
       measured.forEach((fix, i) => {
         if (!wanted(fix)) return;
         const x = X(fx[i]), y = Y(fy[i]);
-        if (!outside(x, y)) mark(context, x, y, fix);
+        if (!outside(x, y)) mark(context, x, y, fix, kinds && colours[fix.quality]);
       });
     };
     drawFixes(fix => fix.used);
@@ -117,7 +130,8 @@ function makePlan() {
     for (let i = 0; i <= last; i++) {
       const x = X(tx[i]), y = Y(ty[i]);
       if (i > 0 && i < last && Math.abs(x - px) < 1.2 && Math.abs(y - py) < 1.2) continue;
-      const now = times[i] < view[0] || times[i] > view[1] ? (dark ? '#4a535d' : '#c8ced4') : ramp((values[i] - low) / (high - low || 1));
+      const now = times[i] < view[0] || times[i] > view[1] ? (dark ? '#4a535d' : '#c8ced4') :
+        kinds ? colours[values[i]] || colours[0] : ramp((values[i] - low) / (high - low || 1));
       if (now !== colour || !open) {
         if (open) context.stroke();
         context.beginPath();
@@ -151,11 +165,11 @@ function makePlan() {
       context.strokeText(text, x + 7, y - 5 + below);
       context.fillText(text, x + 7, y - 5 + below);
     }
-    legend(low, high, unit);
+    legend(low, high, unit, kinds && kinds.map((name, k) => ({name, colour: colours[k]})).filter((_, k) => values.includes(k)));
     place();
   }
-  function mark(context, x, y, fix) {
-    const colour = outcomeColour[fix.outcome];
+  function mark(context, x, y, fix, kind) {
+    const colour = fix.outcome === 0 && kind || outcomeColour[fix.outcome];
     context.strokeStyle = context.fillStyle = colour;
     context.lineWidth = 1.4;
     context.beginPath();
@@ -177,14 +191,23 @@ function makePlan() {
     const a = map.latLngToContainerPoint(at(0, 0)), b = map.latLngToContainerPoint(at(1000, 0));
     return Math.hypot(a.x - b.x, a.y - b.y) / 1000;
   }
-  function legend(low, high, unit) {
+  function legend(low, high, unit, kinds) {
     const there = new Set(measured.map(fix => fix.outcome)), signs = ['·', '×', '○', '△', '□'], out = byId('scale');
     out.textContent = '';
     const bar = document.createElement('span');
     bar.className = 'ramp';
     bar.style.background = `linear-gradient(90deg, ${[0, 0.25, 0.5, 0.75, 1].map(ramp).join()})`;
     const text = v => v.toFixed(Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(high - low || 1)))));
-    out.append(text(low) + ' ', bar, ` ${text(high)} ${unit}`);
+    if (kinds) {
+      for (const {name, colour} of kinds) {
+        const sign = document.createElement('span');
+        sign.style.color = colour;
+        sign.textContent = '▬ ';
+        out.append(sign, name);
+      }
+    } else {
+      out.append(text(low) + ' ', bar, ` ${text(high)} ${unit}`);
+    }
     outcomes.forEach((name, k) => {
       if (!there.has(k)) return;
       const sign = document.createElement('span');
@@ -236,6 +259,9 @@ function makePlan() {
     box.append(marker);
   }
   collectFixes();
+  for (const [name, value, text] of [['quality', 'solution', 'kind of fix'], ['satellites', 'satellites', 'satellites']]) {
+    if (measured.some(fix => Number.isFinite(fix[name]))) byId('colour').add(new Option(text, value));
+  }
   open('');
   let viewDrawn = time.view;
   time.listeners.push(() => { if (viewDrawn !== time.view) { viewDrawn = time.view; layer.draw(); } else place(); });
