@@ -194,6 +194,11 @@ Plot::Frame Plot::frame() const {
   return f;
 }
 
+std::array<double, 2> Plot::pixel(double x, double y) const {
+  const Frame f = frame();
+  return {f.px(x), f.py(y)};
+}
+
 std::string Plot::axes(const Frame& f) const {
   const auto ticks_of = [](const Axis& axis, const Range& range, double wanted) {
     if (!axis.ticks.empty()) return axis.ticks;

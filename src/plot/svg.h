@@ -84,6 +84,8 @@ class Plot {
   const std::optional<std::array<double, 2>>& x_limit() const { return x_limit_; }
   const std::optional<std::array<double, 2>>& y_limit() const { return y_limit_; }
   bool is_map() const { return equal_scale_; }
+  /// Where a point is in the picture [px]: to the right and downwards from its upper left corner.
+  std::array<double, 2> pixel(double x, double y) const;
   const std::vector<Series>& series() const { return series_; }
   const std::vector<Mark>& marks() const { return marks_; }
 

@@ -57,8 +57,8 @@ std::string section_table(const DescentReport& report) {
       page::table("From gate to gate; gained is positive where the run took less time than the first", head, rows));
 }
 
-Figure over_distance(const DescentReport& report, const char* title, const char* unit, double Crossing::*of,
-                     double Crossing::*sigma, std::size_t first) {
+Figure over_distance(const DescentReport& report, const char* name, const char* title, const char* unit,
+                     double Crossing::*of, double Crossing::*sigma, std::size_t first) {
   Plot plot(title, {"distance along the line [m]"}, {unit}, fmt::format("{} over the distance along the line", title));
   constexpr int kHeight = 330;
   plot.size(Plot::kPageWidth, kHeight);
@@ -78,22 +78,35 @@ Figure over_distance(const DescentReport& report, const char* title, const char*
     if (known) plot.band(distance, low, high, static_cast<int>(r % 6), "");
     plot.line(distance, std::move(values), static_cast<int>(r % 6), report.runs[r]);
   }
-  return as_figure(title, std::move(plot), fmt::format("{}.", title));
+  return as_figure(name, std::move(plot), fmt::format("{}.", title));
 }
 
-std::string plan_of_course(const DescentReport& report) {
-  Plot plot("Plan view: the line and its gates", {"east [m]"}, {"north [m]"}, "Plan view of the line with its gates");
+// Where a run crosses the plane at a place of the line.
+Vector3d place_of(const Passage& place, std::size_t run) {
+  const Vector3d right(place.direction.y(), -place.direction.x(), 0);
+  return place.place + place.runs[run].offset * right;
+}
+
+std::string plan_of_course(const DescentReport& report, page::Drawing& drawing, const Plot& over) {
+  Plot plot("Plan view: the runs and the gates", {"east [m]"}, {"north [m]"}, "Plan view of the runs with the gates");
   plot.equal_scale();
   constexpr int kHeight = 640;
   plot.size(Plot::kPageWidth, kHeight);
-  std::vector<double> east, north;
-  for (const Passage& place : report.along) {
-    east.push_back(place.place.x());
-    north.push_back(place.place.y());
+  std::vector<page::Drawing::Path> paths;
+  for (std::size_t r = 0; r < report.runs.size(); ++r) {
+    page::Drawing::Path path{.x = {}, .east = {}, .north = {}, .colour = static_cast<int>(r % 6)};
+    for (const Passage& passage : report.along) {
+      const Vector3d place = place_of(passage, r);
+      if (!std::isfinite(place.x())) continue;
+      path.x.push_back(passage.distance);
+      path.east.push_back(place.x());
+      path.north.push_back(place.y());
+    }
+    plot.line(path.east, path.north, path.colour, report.runs[r]);
+    paths.push_back(std::move(path));
   }
-  plot.line(east, north, 0, report.line);
-  for (const Passage& gate : report.gates) plot.mark(gate.place.x(), gate.place.y(), 3, gate.name);
-  return "<figure>\n" + plot.render() + "</figure>\n";
+  for (const Passage& gate : report.gates) plot.mark(gate.place.x(), gate.place.y(), 6, gate.name);
+  return drawing.add_map(as_figure("plan_of_runs", std::move(plot), "Each run, and the gates."), over, paths);
 }
 
 }  // namespace
@@ -110,11 +123,14 @@ std::string descents_page(const DescentReport& report, const std::string& versio
   const std::string subtitle = fmt::format("piste {} · {} runs; the line is {}", escape_markup(version),
                                            report.runs.size(), escape_markup(report.how_line));
   page::Drawing drawing;
-  const std::string gained = drawing.add({over_distance(report, "Time gained since the first gate", "[s]",
-                                                        &Crossing::gained, &Crossing::sigma_gained, 1)}),
-                    speed = drawing.add({over_distance(report, "Speed", "[m/s]", &Crossing::speed, nullptr, 0)}),
-                    offset = drawing.add({over_distance(report, "Distance to the right of the line", "[m]",
-                                                        &Crossing::offset, nullptr, 0)});
+  const Figure of_time = over_distance(report, "gained", "Time gained since the first gate", "[s]", &Crossing::gained,
+                                       &Crossing::sigma_gained, 1);
+  const std::string gained = drawing.add({of_time}),
+                    speed =
+                        drawing.add({over_distance(report, "speed", "Speed", "[m/s]", &Crossing::speed, nullptr, 0)}),
+                    offset = drawing.add({over_distance(report, "offset", "Distance to the right of the line", "[m]",
+                                                        &Crossing::offset, nullptr, 0)}),
+                    plan = plan_of_course(report, drawing, *of_time.plot);
   return page::render(
       {.title = "Descents",
        .subtitle = subtitle,
@@ -125,7 +141,7 @@ std::string descents_page(const DescentReport& report, const std::string& versio
                          gained},
                     {"speed", "Speed", speed},
                     {"offset", "Line", offset},
-                    {"plan", "Plan", plan_of_course(report)}},
+                    {"plan", "Plan", plan}},
        .style = drawing.style(),
        .scripts = drawing.scripts()});
 }

@@ -236,6 +236,31 @@ std::string Drawing::chart_of(const Figure& figure) {
   return place(figure.name);
 }
 
+std::string Drawing::add_map(const Figure& map, const Plot& over, const std::vector<Path>& paths) {
+  constexpr double kPixelStep = 0.05;
+  const std::string axis = draws() && map.plot ? axis_of(over) : "";
+  if (axis.empty()) return pictures({map});
+  const auto found = std::ranges::find(data_.axes, axis, &Axis::name);
+  const double x_step = (found->end - found->start) / kPlaces;
+  Places places{map.name, axis};
+  for (const Path& path : paths) {
+    std::vector<double> right, down;
+    for (std::size_t i = 0; i < path.x.size(); ++i) {
+      const auto at = map.plot->pixel(path.east[i], path.north[i]);
+      right.push_back(at[0]);
+      down.push_back(at[1]);
+    }
+    PackedTable table;
+    table.add("x", path.x, x_step);
+    table.add("right", right, kPixelStep);
+    table.add("down", down, kPixelStep);
+    places.lines.push_back({fmt::format("{}/{}", map.name, places.lines.size()), path.colour});
+    data_.tables.emplace_back(places.lines.back().table, table.json());
+  }
+  data_.places.push_back(std::move(places));
+  return fmt::format("<div data-places=\"{}\">\n{}</div>\n", map.name, pictures({map}));
+}
+
 std::string Drawing::add(const std::vector<Figure>& figures) {
   if (figures.empty()) return pictures(figures);
   std::string out, charts;  // charts that follow one another stand side by side

@@ -19,8 +19,17 @@ namespace piste::page {
 ///     page::render({…, .head = drawing.head(), …, .style = drawing.style(), .scripts = drawing.scripts()});
 class Drawing {
  public:
+  /// A line on a map: where it is at each x of an axis.
+  struct Path {
+    std::vector<double> x, east, north;
+    int colour = 0;
+  };
+
   /// The places of the figures, with their captions.
   std::string add(const std::vector<Figure>& figures);
+  /// The place of a map on which the cursor of the axis of `over` is shown on each path, and that sets it.
+  /// @pre the figure of `over` was added
+  std::string add_map(const Figure& map, const Plot& over, const std::vector<Path>& paths);
   /// Of a page: what stands above all charts, styles and scripts; empty without any chart.
   std::string head() const;
   std::string style() const;

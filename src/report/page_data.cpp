@@ -61,6 +61,14 @@ std::string axis(const Axis& a) {
                        {"shades", json::array(shades)}});
 }
 
+std::string places(const Places& p) {
+  std::vector<std::string> lines;
+  for (const PlacedLine& line : p.lines) {
+    lines.push_back(json::object({{"table", json::string(line.table)}, {"colour", fmt::format("{}", line.colour)}}));
+  }
+  return json::object({{"name", json::string(p.name)}, {"axis", json::string(p.axis)}, {"lines", json::array(lines)}});
+}
+
 // UTC of time 0 [s since 1970], by the leap seconds at the start; `null` without a week.
 std::string utc_of_zero(const Data& data) {
   if (!data.week) return "null";
@@ -69,7 +77,8 @@ std::string utc_of_zero(const Data& data) {
 
 std::string text(const Data& data) {
   json::Members tables, axes;
-  std::vector<std::string> charts;
+  std::vector<std::string> charts, pictures;
+  for (const Places& p : data.places) pictures.push_back(places(p));
   for (const Axis& a : data.axes) axes.emplace_back(a.name, axis(a));
   for (const auto& [name, table] : data.tables) tables.emplace_back(name, table);
   for (const Chart& c : data.charts) charts.push_back(chart(c));
@@ -88,6 +97,7 @@ std::string text(const Data& data) {
                        {"sources", json::strings(data.sources)},
                        {"axes", json::object(axes)},
                        {"charts", json::array(charts)},
+                       {"places", json::array(pictures)},
                        {"tables", json::object(tables)}},
                       1);
 }

@@ -59,6 +59,19 @@ struct Axis {
   std::vector<Shade> shades = {};
 };
 
+/// A line in a picture, such as the path of a run. Its table has `x` on the axis, and `right` and `down` [px].
+struct PlacedLine {
+  std::string table;
+  int colour = 0;
+};
+
+/// A picture of places along an axis, such as the plan of a course: it shows the cursor of the axis, and sets it.
+struct Places {
+  std::string name;  ///< a word
+  std::string axis;  ///< an Axis' name
+  std::vector<PlacedLine> lines = {};
+};
+
 /// Charts that fold as one.
 struct Group {
   std::string name, title;
@@ -74,6 +87,7 @@ struct Data {
   std::vector<Group> groups;
   std::vector<Chart> charts;
   std::vector<Axis> axes = {};  ///< besides time
+  std::vector<Places> places = {};
   std::vector<Interval> rest = {}, outages = {};
   std::vector<std::string> sources = {};  ///< names, by the column `source` of the table `innovations`
   std::optional<Geodetic> origin = {};    ///< of `north_m` and `east_m`: there is a plan

@@ -55,8 +55,7 @@ def make_pages(apps, source, work):
     run("replay", source / "config/ski_run.yaml", "--output", "replay")
     run("evaluate", "replay", data / "truth.csv", "--output", "evaluate")
     (work / "other.yaml").write_text(f"base: {source}/config/ski_run.yaml\noutages: [[302500, 10]]\n")
-    run("replay", "other.yaml", "--output", "other")
-    run("descents", "one=replay", "two=other", "--output", "descents")
+    run("descents", f"one={source}/config/ski_run.yaml", "two=other.yaml", "--output", "descents")
     (work / "tuned.yaml").write_text(f"base: {source}/config/ski_run.yaml\nspan: {{start: 302490 s, end: 302550 s}}\n")
     run("tune", "tuned.yaml", "--output", "tune")
     (work / "campaign.yaml").write_text(
@@ -114,6 +113,25 @@ def check_allan(browser, work):
     check(len(set(colours.values())) == len(colours), f"allan: two curves of one colour: {colours}")
 
 
+def check_cursor_of_descents(browser):
+    """Pointing at the plan marks one place on each run and on all charts; their legends say what is there."""
+    dots = "[...document.querySelectorAll('[data-places] circle.at')]"
+    check(browser.run(f"{dots}.every(d => d.getAttribute('visibility') === 'hidden')"), "descents: a cursor before anyone points")
+    browser.run("document.querySelector('[data-places]').scrollIntoView()")
+    browser.run("new Promise(done => setTimeout(done, 300))")
+    place = browser.run(
+        "(() => { const line = document.querySelector('[data-places] svg path.line'), on = line.getPointAtLength(line.getTotalLength() / 2)"
+        ".matrixTransform(line.getScreenCTM()), svg = line.closest('svg'); svg.dispatchEvent(new PointerEvent('pointermove', "
+        f"{{clientX: on.x, clientY: on.y}})); return [on.x, on.y, {dots}.map(d => {{ const b = d.getBoundingClientRect(); return "
+        "[d.getAttribute('visibility'), b.left + b.width / 2, b.top + b.height / 2]; })]; })()")
+    check(len(place[2]) == 2 and all(d[0] == "visible" and math.hypot(d[1] - place[0], d[2] - place[1]) < 25 for d in place[2]), f"descents: {place}")
+    for chart, unit in (("gained", "s"), ("speed", "m/s"), ("offset", "m")):
+        browser.run("[...document.querySelectorAll('.place')].forEach(p => p.dataset.chart === '%s' && p.scrollIntoView())" % chart)
+        browser.run("new Promise(done => setTimeout(done, 300))")
+        said = browser.run("[...document.querySelectorAll('.place')].find(p => p.dataset.chart === '%s')?.textContent" % chart)
+        check(said and f" {unit}at " in said and (chart != "gained" or " ± " in said), f"descents, {chart}: {said}")
+
+
 def look_at(browser, name, page, pictures):
     for dark in (False, True):
         for width, height in ((1400, 900), (390, 844)):
@@ -152,6 +170,8 @@ def main():
                 check_charts(browser, name)
             if name == "allan":
                 check_allan(browser, work)
+            if name == "descents":
+                check_cursor_of_descents(browser)
             look_at(browser, name, page, pictures)
     print("all is as it should be" if not failures else f"{len(failures)} failures")
     return 1 if failures else 0

@@ -195,6 +195,8 @@ class Chart {
     const {x, value, sigma, low, high} = this.curve(k);
     if (!x.length) return '–';
     const i = nearest(x, t);
+    const half = low ? (high[i] - low[i]) / 2 : NaN;
+    if (low && Math.abs(low[i] + half - value[i]) < 0.02 * half) return valueText(value[i], half, this.spec.unit);  // ± sigma
     if (low) return `${valueText(value[i], NaN, this.spec.unit)} (${Number(low[i].toPrecision(4))} to ${Number(high[i].toPrecision(4))})`;
     return valueText(value[i], sigma ? sigma[i] : NaN, this.spec.unit);
   }

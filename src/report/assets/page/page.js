@@ -36,6 +36,7 @@ async function start() {
   makePlan();
   window.piste = {charts: handles, fixes: {drawn: () => measured.map(({time, used, source}) => ({time, used, source}))}};
   await frame();
+  for (const spec of page.places) await showPlaces(spec);
   addCharts(page.charts.filter(spec => strips[spec.name]));
   for (const name of Object.keys(tables)) { await tables[name].load(); await frame(); }
   for (const chart of charts) if (chart.spec.name.startsWith('ratio_')) histogram(chart);
