@@ -39,6 +39,9 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 math(EXPR _next_fmt "${fmt_VERSION_MAJOR} + 1")
 string(CONCAT CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libgeographiclib-dev (>= 2.1), "
   "libyaml-cpp-dev (>= 0.7), libfmt-dev (>= ${fmt_VERSION_MAJOR}), libfmt-dev (<< ${_next_fmt})")
+if(PROJ_FOUND)
+  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libproj-dev (>= 9)")
+endif()
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "libceres-dev (>= 2.1)")  # piste::batch alone
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "The library of piste, for programs of one's own: headers, libraries, and how CMake and
  pkg-config find them.")

@@ -4,6 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <charconv>
+
+#include "math/projection.h"
 
 namespace piste {
 namespace {
@@ -16,15 +20,40 @@ constexpr std::array<std::pair<std::string_view, bool RowExtras::*>, 6> kColumns
      {"acceleration", &RowExtras::acceleration},
      {"rates", &RowExtras::rates}}};
 
+// `EPSG:2056`, in any letters.
+std::optional<int> epsg_code(std::string_view word) {
+  constexpr std::string_view kPrefix = "epsg:";
+  if (word.size() <= kPrefix.size()) return std::nullopt;
+  for (std::size_t i = 0; i < kPrefix.size(); ++i) {
+    if (std::tolower(static_cast<unsigned char>(word[i])) != kPrefix[i]) return std::nullopt;
+  }
+  word.remove_prefix(kPrefix.size());
+  int code = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), code);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return code;
+}
+
+void check_projection(const Config& output, int code) {
+  try {
+    const Projection projection(code);
+  } catch (const NoProjection& e) {
+    output.fail("columns", fmt::format("{}; `utm` and `enu` are there without", e.what()));
+  }
+}
+
 void read_columns(const Config& output, RowExtras& columns) {
   for (const std::string& word : output.words("columns")) {
     const auto known = std::find_if(kColumns.begin(), kColumns.end(), [&](const auto& c) { return c.first == word; });
     if (known != kColumns.end()) {
       columns.*(known->second) = true;
-    } else if (word.starts_with("epsg")) {
-      output.fail("columns", "codes of EPSG need PROJ, which this build does not have; `utm` is there without it");
+    } else if (const std::optional<int> code = epsg_code(word)) {
+      check_projection(output, *code);
+      columns.epsg.push_back(*code);
     } else {
-      output.fail("columns", fmt::format("`{}` is none of: enu, ecef, utm, speed, acceleration, rates", word));
+      output.fail("columns", fmt::format("`{}` is none of: enu, ecef, utm, EPSG:2056 (any code of a projection in "
+                                         "metres), speed, acceleration, rates",
+                                         word));
     }
   }
 }
@@ -104,10 +133,20 @@ std::vector<EventSource> read_events(const Config& config, const OutputOptions& 
         event.marks.format == MarkFormat::kExif ? source.path("file").string() : source.existing_file("file").string();
     event.offset = source.quantity("offset", dimension::kTime, 0);
     event.drift = source.quantity("drift", dimension::kRatio, 0);
-    event.delay = source.quantity("delay", dimension::kTime, 0);
+    event.find_delay = source.is_scalar("delay") && source.text("delay") == "auto";
+    if (event.find_delay && event.marks.format != MarkFormat::kCsv) {
+      source.fail("delay", "`auto` needs marks with places, which only `format: csv` has");
+    }
+    if (!event.find_delay) event.delay = source.quantity("delay", dimension::kTime, 0);
     event.at = source.text("at", "");
     if (!event.at.empty() && output.point(event.at) == nullptr) {
       source.fail("at", fmt::format("`{0}` is no point; name it: `output: {{at: {{{0}: 0 0 -0.4 m}}}}`", event.at));
+    }
+    for (const std::string& program : source.words("text")) {
+      if (program != "metashape" && program != "pix4d") {
+        source.fail("text", fmt::format("`{}` is none of: metashape, pix4d", program));
+      }
+      (program == "pix4d" ? event.pix4d : event.metashape) = true;
     }
     events.push_back(event);
   }

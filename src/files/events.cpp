@@ -1,67 +1,86 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
+#include "files/photographs.h"
 #include "files/points.h"
-#include "piste/core/error.h"
+#include "io/csv.h"
+#include "io/json.h"
 #include "piste/io/solution_io.h"
+#include "points/mark_delay.h"
 
 namespace piste {
 namespace {
 
-struct Event {
-  std::string name;
-  double time;
-};
-
-// Instant = t − offset − drift · (t − first t) + delay.
-std::vector<Event> events_of(const EventSource& source, std::optional<int> week, double near) {
-  const std::vector<Mark> marks = read_marks(source.marks, week, near);
-  double first = marks.front().time;
-  for (const Mark& mark : marks) first = std::min(first, mark.time);
-  std::vector<Event> events;
-  events.reserve(marks.size());
-  for (const Mark& mark : marks) {
-    events.push_back({mark.name, mark.time - source.offset - source.drift * (mark.time - first) + source.delay});
-  }
-  return events;
+// Instants without a delay: t − offset − drift · (t − first t).
+std::vector<Mark> marks_of(const EventSource& source, std::optional<int> week, double near) {
+  std::vector<Mark> marks = read_marks(source.marks, week, near);
+  const double first = std::ranges::min(marks, {}, &Mark::time).time;
+  for (Mark& mark : marks) mark.time -= source.offset + source.drift * (mark.time - first);
+  return marks;
 }
 
-// A name as a cell: in quotes where it has a comma or a quote.
-std::string cell(const std::string& name) {
-  if (name.find_first_of(",\"\n") == std::string::npos) return name;
-  std::string quoted = "\"";
-  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
+std::string found_text(const std::string& file, const MarkDelay& found, std::size_t marks) {
+  const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  return json::object(
+      {{"file", json::string(file)},
+       {"delay_s", number(found.delay)},
+       {"sigma_delay_s", number(found.sigma)},
+       {"offset_m", fmt::format("[{:.6g}, {:.6g}, {:.6g}]", found.offset.x(), found.offset.y(), found.offset.z())},
+       {"residual_m", number(found.residual)},
+       {"marks", fmt::format("{}", marks)},
+       {"used", fmt::format("{}", found.used)}});
+}
+
+void write_if_any(OutputFolder& output, const std::string& name, bool any, const std::string& text) {
+  any ? output.write(name, text) : output.withdraw(name);
 }
 
 }  // namespace
 
 void write_events(OutputFolder& output, const Replay& run, const ReplayConfig& config, std::optional<int> week) {
-  if (config.events.empty()) return output.withdraw("events.csv");
-  std::string text;
+  std::string rows;
+  std::vector<std::string> found;
+  std::vector<PlacedMark> metashape, pix4d;
+  std::vector<std::string> names;
+  PlaceCsv csv({}, run.log.world, [&](std::string_view piece) { rows += piece; });
   for (const EventSource& source : config.events) {
-    const OutputPoint* point = config.output.point(source.at);
-    const std::vector<Event> events = events_of(source, week, run.log.imu.front().time);
-    std::vector<double> times;
-    times.reserve(events.size());
-    for (const Event& event : events) times.push_back(event.time);
-    const std::vector<PlacedState> states = states_at(run, times, source.marks.file);
-    std::string rows;
-    PlaceCsv csv({}, run.log.world, [&](std::string_view piece) { rows += piece; });
-    for (const PlacedState& state : states) {
-      const PlacedPoint placed = place(run.log.world, state, point != nullptr ? *point : OutputPoint{});
-      csv.add(placed.time, placed.navigation, sigmas_of(placed));
+    const OutputPoint* named = config.output.point(source.at);
+    const OutputPoint point = named != nullptr ? *named : OutputPoint{};
+    const std::vector<Mark> marks = marks_of(source, week, run.log.imu.front().time);
+    double delay = source.delay;
+    if (source.find_delay) {
+      const MarkDelay likeliest = find_mark_delay(run, marks, point, source.marks.file);
+      found.push_back(found_text(source.marks.file, likeliest, marks.size()));
+      delay = likeliest.delay;
     }
-    csv.finish();
-    const std::size_t head = rows.find('\n') + 1;
-    if (text.empty()) text = "name," + rows.substr(0, head);
-    std::size_t at = head;
-    for (const Event& event : events) {
-      const std::size_t end = rows.find('\n', at) + 1;
-      text += cell(event.name) + "," + rows.substr(at, end - at);
-      at = end;
+    std::vector<double> times;
+    times.reserve(marks.size());
+    for (const Mark& mark : marks) times.push_back(mark.time + delay);
+    const std::vector<PlacedState> states = states_at(run, times, source.marks.file);
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+      const PlacedPoint placed = place(run.log.world, states[i], point);
+      csv.add(placed.time, placed.navigation, sigmas_of(placed));
+      names.push_back(csv_cell(marks[i].name));
+      if (source.metashape) metashape.push_back({marks[i].name, placed});
+      if (source.pix4d) pix4d.push_back({marks[i].name, placed});
     }
   }
-  output.write("events.csv", text);
+  csv.finish();
+  std::string text;
+  std::size_t at = 0;
+  const auto take_row = [&](std::string_view name) {
+    const std::size_t end = rows.find('\n', at) + 1;
+    fmt::format_to(std::back_inserter(text), "{},{}", name, std::string_view(rows).substr(at, end - at));
+    at = end;
+  };
+  take_row("name");
+  for (const std::string& name : names) take_row(name);
+  write_if_any(output, "events.csv", !config.events.empty(), text);
+  write_if_any(output, "events.json", !found.empty(), json::array(found) + "\n");
+  write_if_any(output, "events_metashape.txt", !metashape.empty(), metashape_text(metashape));
+  write_if_any(output, "events_pix4d.txt", !pix4d.empty(), pix4d_text(pix4d));
 }
 
 }  // namespace piste

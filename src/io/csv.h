@@ -28,6 +28,9 @@ class TableRows : public RowSource {
   std::size_t following_ = 0;
 };
 
+/// A text as a cell: in quotes where it has a comma, a quote or a line's end.
+std::string csv_cell(const std::string& text);
+
 /// Reads rows of finite numbers, of a file or of a table in memory. First ask for each column by `column()` or
 /// `find()`, then call `finish_header()`, then `next()` row by row. Every error is a DataError `FILE:LINE: …`.
 class CsvReader {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -13,6 +14,7 @@
 #include "math/time.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
+#include "piste/math/units.h"
 
 namespace piste {
 namespace {
@@ -61,6 +63,8 @@ std::vector<Mark> marks_of_csv(const std::string& file, const RunTime& run) {
     return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
   };
   const std::size_t seconds = find("time_s"), utc = find("time_utc"), name = find("name");
+  const std::array place{find("latitude_deg"), find("longitude_deg"), find("height_m")};
+  const bool has_places = std::ranges::all_of(place, [&](std::size_t column) { return column < names.size(); });
   if (seconds == names.size() && utc == names.size()) {
     throw DataError(file + ":1", "column time_s or time_utc is missing");
   }
@@ -75,6 +79,10 @@ std::vector<Mark> marks_of_csv(const std::string& file, const RunTime& run) {
     if (name < names.size()) mark.name = reader.fields()[name];
     mark.time = seconds < names.size() ? reader.number(seconds, "time_s")
                                        : run.dated(utc_of(reader, reader.fields()[utc]), reader.where());
+    if (has_places && !reader.fields()[place[0]].empty()) {
+      mark.place = Geodetic{kDegree * reader.number(place[0], "latitude_deg"),
+                            kDegree * reader.number(place[1], "longitude_deg"), reader.number(place[2], "height_m")};
+    }
     marks.push_back(mark);
   }
   return marks;

@@ -14,6 +14,7 @@
 #include "io/row_rate.h"
 #include "math/geoid.h"
 #include "math/gps_time.h"
+#include "math/projection.h"
 #include "piste/math/units.h"
 #include "quantity.h"
 
@@ -40,7 +41,9 @@ struct BiasRow {
 // The columns of RowExtras.
 class ExtraColumns {
  public:
-  ExtraColumns(RowExtras extras) : extras_(std::move(extras)) {}
+  ExtraColumns(RowExtras extras) : extras_(std::move(extras)) {
+    for (const int code : extras_.epsg) projections_.push_back(std::make_unique<Projection>(code));
+  }
   std::vector<CsvColumn> extras() const;
   void fill(const World& world, double time, const Navigation& n, const Estimate* x, std::span<double> row);
   bool needs_estimate() const { return extras_.needs_log(); }
@@ -53,6 +56,7 @@ class ExtraColumns {
  private:
   RowExtras extras_;
   std::optional<int> zone_ = {};  // of UTM
+  std::vector<std::unique_ptr<Projection>> projections_;
 };
 
 }  // namespace row_csv
@@ -203,6 +207,10 @@ std::vector<CsvColumn> ExtraColumns::extras() const {
   if (extras_.utm) {
     columns.insert(columns.end(), {{"utm_easting_m", kMetres}, {"utm_northing_m", kMetres}, {"utm_zone", 0}});
   }
+  for (const int code : extras_.epsg) {
+    for (const char* axis : {"easting", "northing"})
+      columns.push_back({fmt::format("epsg_{}_{}_m", code, axis), kMetres});
+  }
   if (extras_.speed) columns.insert(columns.end(), {{"speed_m_s", kMetres}, {"course_deg", kMetres}});
   if (extras_.acceleration) add_three(columns, "acceleration_", kNed, "_m_s2", kMetres);
   if (extras_.rates) {
@@ -241,6 +249,10 @@ void ExtraColumns::fill(const World& world, double time, const Navigation& n, co
                                    zone, north, easting, northing, asked);
     zone_ = north ? zone : -zone;
     put({easting, northing, static_cast<double>(*zone_)});
+  }
+  for (const auto& projection : projections_) {
+    const Eigen::Vector2d place = projection->easting_northing(n.position);
+    out = std::copy_n(place.data(), 2, out);
   }
   if (extras_.speed) {
     *out++ = std::hypot(n.velocity.x(), n.velocity.y());

@@ -8,13 +8,16 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <vector>
 
+#include "math/projection.h"
 #include "piste/evaluate/evaluation.h"
 #include "piste/trajectory/trajectory.h"
 #include "support/navigation.h"
+#include "support/random.h"
 #include "support/ski_run.h"
 #include "support/thorough.h"
 
@@ -110,7 +113,27 @@ TEST_F(AskedOutputs, DatesNeedAWeek) {
 
 TEST_F(AskedOutputs, RefusesWrongKeys) {
   replay_with("\noutput: {columns: [epsg25832]}\n", 2);
+  EXPECT_TRUE(contains(said_.err, "EPSG:2056")) << said_.err;
+  replay_with("\noutput: {columns: [EPSG:99999999]}\n", 2);
   EXPECT_TRUE(contains(said_.err, "PROJ")) << said_.err;
+  run_.write("marks.csv", "time_s\n302470\n");
+  replay_with("\nevents: {file: ../marks.csv, text: word}\n", 2);
+  EXPECT_TRUE(contains(said_.err, "`word` is none of: metashape, pix4d")) << said_.err;
+  replay_with("\nevents: {file: ../marks.csv, delay: auto}\n", 1);
+  EXPECT_TRUE(contains(said_.err, "marks.csv: `delay: auto` needs the places of at least 5 marks")) << said_.err;
+}
+
+TEST_F(AskedOutputs, PlacesOfAnyProjection) {
+  if (!has_projections()) GTEST_SKIP() << "built without PROJ";
+  replay_with("\noutput: {columns: [utm, EPSG:32632, epsg:2056], at: {antenna: -0.06 0.03 -0.42 m}}\n");
+  for (const char* file : {"smoothed.csv", "smoothed_antenna.csv"}) {
+    const Table rows = table(file);
+    for (std::size_t i = 0; i < rows.rows; i += 100) {
+      EXPECT_NEAR(rows["epsg_32632_easting_m"][i], rows["utm_easting_m"][i], 2e-5) << file;
+      EXPECT_NEAR(rows["epsg_32632_northing_m"][i], rows["utm_northing_m"][i], 2e-5) << file;
+      EXPECT_NEAR(rows["epsg_2056_easting_m"][i], 2.584e6, 2e3) << file;
+    }
+  }
 }
 
 TEST_F(AskedOutputs, RefusesEventsAtAnUnknownPoint) {
@@ -251,6 +274,52 @@ TEST_F(AskedOutputs, AShutterDelayIsTwelveCentimetres) {
     worst = std::max(worst, (place(i + kCount) - place(opens)).norm());
   }
   EXPECT_LT(worst, 1e-6);
+}
+
+// Places of a camera, as a bundle adjustment has them, tell how late its shutter is: with noise, an offset of their own
+// and one that is wrong altogether.
+TEST_F(AskedOutputs, FindsTheDelayOfMarks) {
+  std::string marks = "time_s\n";
+  constexpr int kCount = 80;
+  for (int i = 0; i < kCount; ++i) marks += fmt::format("{:.6f}\n", 302470.0137 + 0.25 * i);
+  run_.write("marks.csv", marks);
+  const std::string camera = "\noutput: {at: {camera: 0.4 0.1 -0.2 m}}\nevents: {at: camera, file: ../";
+  replay_with(camera + "marks.csv, delay: 0.0831 s}\n");
+  const Table truth = table("events.csv");
+  EXPECT_FALSE(std::filesystem::exists(run_.folder / "result/events.json"));
+  Random random(5);
+  std::string placed = "name,time_s,latitude_deg,longitude_deg,height_m\n";
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const World world({kDegree * truth["latitude_deg"][i], kDegree * truth["longitude_deg"][i], truth["height_m"][i]});
+    const Vector3d error = Vector3d(0.5, -0.3, 1.1) + random.vector(i == 20 ? 30 : 0.02);
+    const Geodetic place = world.to_geodetic(error);
+    placed += fmt::format("p{},{:.6f},", i, 302470.0137 + 0.25 * static_cast<double>(i));
+    placed += i % 10 == 3 ? ",,\n"
+                          : fmt::format("{:.10f},{:.10f},{:.5f}\n", kDegreesPerRadian * place.latitude,
+                                        kDegreesPerRadian * place.longitude, place.height);
+  }
+  run_.write("placed.csv", placed);
+  replay_with(camera + "placed.csv, delay: auto, text: [metashape, pix4d]}\n");
+  const YAML::Node found = YAML::Load(text("events.json"))[0];
+  const double delay = found["delay_s"].as<double>(), sigma = found["sigma_delay_s"].as<double>();
+  EXPECT_LT(std::abs(delay - 0.0831), 3 * sigma);
+  EXPECT_LT(sigma, 1e-3);
+  EXPECT_GT(sigma, 1e-4);
+  EXPECT_EQ(found["marks"].as<int>(), kCount);
+  EXPECT_EQ(found["used"].as<int>(), 71);
+  EXPECT_NEAR(found["residual_m"].as<double>(), 0.02, 0.003);
+  EXPECT_NEAR(found["offset_m"][2].as<double>(), 1.1, 0.02);
+  const Table events = table("events.csv");
+  for (std::size_t i = 0; i < kCount; i += 9)
+    EXPECT_NEAR(events["time_s"][i], truth["time_s"][i] + delay - 0.0831, 2e-6);
+  for (const char* name : {"events_metashape.txt", "events_pix4d.txt"}) {
+    const std::string rows = text(name);
+    EXPECT_EQ(std::ranges::count(rows, '\n'), kCount + 1) << name;
+    EXPECT_NE(rows.find("\np79,"), std::string::npos) << name;
+  }
+  run_.write("placed.csv", std::regex_replace(placed, std::regex("3024"), "3014"));
+  replay_with(camera + "placed.csv, delay: auto}\n", 1);
+  EXPECT_TRUE(contains(said_.err, "lies outside the run while its delay is sought")) << said_.err;
 }
 
 TEST_F(AskedOutputs, RefusesMarksOutsideTheRun) {

@@ -43,7 +43,9 @@ struct EventSource {
   MarkFile marks;
   double offset = 0, drift = 0;  ///< of their clock: instant = t − offset − drift · (t − first t) + delay
   double delay = 0;              ///< from the mark to what it marks [s]
+  bool find_delay = false;       ///< the delay is found from the places of the marks
   std::string at = {};           ///< name of the point, or empty: the IMU
+  bool metashape = false, pix4d = false;  ///< `events_metashape.txt` and `events_pix4d.txt` have them
 };
 
 /// The configuration.

@@ -5,10 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "piste/math/earth.h"
+
 namespace piste {
 
 enum class MarkFormat {
-  kCsv,        ///< `time_s` and optional `name`, or `time_utc` such as 2022-03-09T11:59:42.5Z
+  kCsv,        ///< `time_s`, or `time_utc` such as 2022-03-09T11:59:42.5Z; optional `name` and a place
   kUbx,        ///< TIM-TM2: rising edges of the external interrupt
   kNovatel,    ///< MARKTIMEA, MARKPOSA, MARK1PVAA and the like
   kRtklibPos,  ///< `_events.pos`
@@ -24,7 +26,8 @@ struct MarkFile {
 /// One mark.
 struct Mark {
   std::string name;
-  double time = 0;  ///< s of the GPS week of the run
+  double time = 0;                               ///< s of the GPS week of the run
+  std::optional<Geodetic> place = std::nullopt;  ///< where what it marks was, if the file says so
 };
 
 /// The marks in the order of the file. Marks without a name are called mark_1 and so on. `week`: that of the run;

@@ -35,15 +35,18 @@ struct RowExtras {
   bool sea_height = false;                 ///< `height_sea_m`, above EGM96
   bool enu = false;                        ///< `east_m, north_m, up_m` from the origin of the run, in its level
   bool ecef = false;                       ///< `ecef_{x,y,z}_m`
-  bool utm = false;    ///< `utm_easting_m, utm_northing_m, utm_zone` of the zone of the first row; south: negative zone
-  bool speed = false;  ///< `speed_m_s, course_deg`, horizontal
-  bool acceleration = false;  ///< `acceleration_{north,east,down}_m_s2` over the ground, needs `motion`
-  bool rates = false;         ///< `rate_{x,y,z}_deg_s, force_{x,y,z}_m_s2`, without the IMU's errors, needs `motion`
+  bool utm = false;  ///< `utm_easting_m, utm_northing_m, utm_zone` of the zone of the first row; south: negative zone
+  std::vector<int> epsg = {};  ///< `epsg_CODE_easting_m, epsg_CODE_northing_m` of each code
+  bool speed = false;          ///< `speed_m_s, course_deg`, horizontal
+  bool acceleration = false;   ///< `acceleration_{north,east,down}_m_s2` over the ground, needs `motion`
+  bool rates = false;          ///< `rate_{x,y,z}_deg_s, force_{x,y,z}_m_s2`, without the IMU's errors, needs `motion`
   /// Angular rate and specific force of the body at a row, without the IMU's errors.
   std::function<std::pair<Vector3d, Vector3d>(double time, const Estimate& x)> motion = {};
 
   bool needs_log() const { return acceleration || rates; }
-  bool any() const { return time != RowTime::kSeconds || sea_height || enu || ecef || utm || speed || needs_log(); }
+  bool any() const {
+    return time != RowTime::kSeconds || sea_height || enu || ecef || utm || !epsg.empty() || speed || needs_log();
+  }
 };
 
 /// The files of rows that a replay writes.
