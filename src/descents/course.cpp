@@ -13,6 +13,7 @@ namespace {
 constexpr double kStep = 0.25;  // m: standstill makes no line
 constexpr double kReach = 1;    // m
 constexpr double kTrack = 15;   // m: half the width in which laps of one course lie
+constexpr double kAlong = 0.7;  // cos 45°: a path that crosses more askew is another branch, as of an eight
 
 Vector3d horizontal(const Vector3d& v) { return {v.x(), v.y(), 0}; }
 Vector3d right_of(const Vector3d& direction) { return {direction.y(), -direction.x(), 0}; }
@@ -126,7 +127,10 @@ std::vector<std::size_t> passes(const CoursePath& path, const CoursePlane& plane
   double before = plane.direction.dot(path.position.front() - plane.place);
   for (std::size_t i = 0; i + 1 < path.position.size(); ++i) {
     const double after = plane.direction.dot(path.position[i + 1] - plane.place);
-    if (before < 0 && after >= 0 && horizontal(path.position[i] - plane.place).norm() < kTrack) rows.push_back(i);
+    const Vector3d step = horizontal(path.position[i + 1] - path.position[i]);
+    const bool along = plane.direction.dot(step) > kAlong * step.norm(),
+               near = horizontal(path.position[i] - plane.place).norm() < kTrack;
+    if (before < 0 && after >= 0 && along && near) rows.push_back(i);
     before = after;
   }
   return rows;

@@ -48,7 +48,7 @@ struct PlaneCrossing {
 /// Of all forward crossings the one nearest to the plane's place; nothing if there is none.
 std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane& plane);
 
-/// The rows before each forward crossing of the plane that is within `kTrack` of its place, in ascending order.
+/// The rows before each crossing of the plane, within 15 m of its place and 45° of its direction, in ascending order.
 std::vector<std::size_t> passes(const CoursePath& path, const CoursePlane& plane);
 /// The plane across the path that it passes most often so, and of several the earliest.
 CoursePlane most_passed(const CoursePath& path);

@@ -8,7 +8,9 @@
 #include "piste/math/units.h"
 
 namespace piste {
-namespace {
+
+// What Projection holds.
+namespace proj_objects {
 
 template <auto Destroy>
 struct Destroyer {
@@ -19,6 +21,12 @@ struct Destroyer {
 };
 using Context = std::unique_ptr<PJ_CONTEXT, Destroyer<proj_context_destroy>>;
 using Object = std::unique_ptr<PJ, Destroyer<proj_destroy>>;
+
+}  // namespace proj_objects
+
+namespace {
+
+using proj_objects::Object;
 
 bool is_in_metres(PJ_CONTEXT* context, const PJ* crs) {
   const Object axes(proj_crs_get_coordinate_system(context, crs));
@@ -34,8 +42,8 @@ bool is_in_metres(PJ_CONTEXT* context, const PJ* crs) {
 }  // namespace
 
 struct Projection::Proj {
-  Context context;
-  Object transformation;
+  proj_objects::Context context;
+  proj_objects::Object transformation;
 };
 
 bool has_projections() { return true; }

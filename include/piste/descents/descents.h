@@ -53,8 +53,8 @@ struct Gate {
   std::optional<double> heading = std::nullopt;  ///< rad; without it that of the line where it is nearest in plan
 };
 
-/// The laps of one log, named NAME_1, NAME_2 and so on. Each begins where the run passes the start within 15 m and in
-/// the same direction, and ends before it does so again. The start is the first gate; without gates it is the earliest
+/// The laps of one log, named NAME_1, NAME_2 and so on. Each begins where the run passes the start within 15 m and 45°
+/// of its direction, and ends before it does so again. The start is the first gate; without gates it is the earliest
 /// place of the path that is passed most often. Only what passes all gates is a lap (without gates the apexes of the
 /// first lap's turns). Laps share their replay. Fewer than two are no error here.
 std::vector<Descent> laps_of(const Descent& run, const std::vector<Gate>& gates);
