@@ -104,8 +104,19 @@ Vector3d CourseLine::direction(double distance) const {
   return horizontal(at(middle + kReach) - at(middle - kReach)).normalized();
 }
 
+namespace {
+
+// Whether the path passes the plane's place between the rows i and i + 1, if it crosses the plane there.
+bool passes_at(const CoursePath& path, const CoursePlane& plane, std::size_t i) {
+  const Vector3d step = horizontal(path.position[i + 1] - path.position[i]);
+  return plane.direction.dot(step) > kAlong * step.norm() && horizontal(path.position[i] - plane.place).norm() < kTrack;
+}
+
+}  // namespace
+
 std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane& plane) {
   std::optional<PlaneCrossing> best;
+  bool best_passes = false;
   double before = plane.direction.dot(path.position.front() - plane.place);
   for (std::size_t i = 0; i + 1 < path.position.size(); ++i) {
     const double after = plane.direction.dot(path.position[i + 1] - plane.place);
@@ -113,11 +124,16 @@ std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane&
         before < 0 && after >= 0 && path.time[i + 1] - path.time[i] <= kLongestInterpolation + kSameTime;
     before = after;
     if (!crosses) continue;
+    const bool along = passes_at(path, plane, i);
+    if (best_passes && !along) continue;
     const double about = std::abs(right_of(plane.direction).dot(path.position[i] - plane.place));
     constexpr double kNear = 5;  // m: within it the exact place decides
-    if (best && about > std::abs(best->offset) + kNear) continue;
+    const bool better = along && !best_passes;
+    if (best && !better && about > std::abs(best->offset) + kNear) continue;
     const PlaneCrossing found = crossing_within(path, plane, i);
-    if (!best || std::abs(found.offset) < std::abs(best->offset)) best = found;
+    if (best && !better && std::abs(found.offset) >= std::abs(best->offset)) continue;
+    best = found;
+    best_passes = along;
   }
   return best;
 }
@@ -127,10 +143,7 @@ std::vector<std::size_t> passes(const CoursePath& path, const CoursePlane& plane
   double before = plane.direction.dot(path.position.front() - plane.place);
   for (std::size_t i = 0; i + 1 < path.position.size(); ++i) {
     const double after = plane.direction.dot(path.position[i + 1] - plane.place);
-    const Vector3d step = horizontal(path.position[i + 1] - path.position[i]);
-    const bool along = plane.direction.dot(step) > kAlong * step.norm(),
-               near = horizontal(path.position[i] - plane.place).norm() < kTrack;
-    if (before < 0 && after >= 0 && along && near) rows.push_back(i);
+    if (before < 0 && after >= 0 && passes_at(path, plane, i)) rows.push_back(i);
     before = after;
   }
   return rows;

@@ -45,7 +45,8 @@ struct PlaneCrossing {
   double time = 0, offset = 0;
   Vector3d position, velocity, acceleration;
 };
-/// Of all forward crossings the one nearest to the plane's place; nothing if there is none.
+/// Of all forward crossings the one nearest to the plane's place; nothing if there is none. Those within 15 m of the
+/// place and 45° of the direction come first, so that of an eight the right branch is taken.
 std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane& plane);
 
 /// The rows before each crossing of the plane, within 15 m of its place and 45° of its direction, in ascending order.

@@ -33,7 +33,7 @@ constexpr const char* kAll =
 class AskedOutputs : public testing::Test {
  protected:
   void replay_with(const std::string& keys, int code = 0) {
-    run_.write(SkiRun::kConfig, run_.text(SkiRun::kConfig) + keys);
+    run_.write(SkiRun::kConfig, config_ + keys);
     said_ = run_.replay();
     ASSERT_EQ(said_.code, code) << said_.err;
   }
@@ -41,6 +41,7 @@ class AskedOutputs : public testing::Test {
   std::string text(const std::string& name) const { return read_text(run_.folder / ("result/" + name)); }
 
   SkiRun run_;
+  std::string config_ = run_.text(SkiRun::kConfig);
   Said said_;
 };
 

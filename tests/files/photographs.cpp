@@ -80,8 +80,9 @@ TEST(Photographs, Texts) {
             "#imagename,latitude,longitude,altitude,omega,phi,kappa,accuracy horizontal,accuracy vertical\n"
             "\"a, b.jpg\",45.8366236105,7.4484513367,500.0000,0.000001,0.000000,30.000000,0.0300,0.0400\n");
   const std::string text = metashape_text(marks);
-  EXPECT_EQ(text.substr(text.find('\n') + 1, 75),
-            "\"a, b.jpg\",7.4484513367,45.8366236105,500.0000,0.0300,0.0200,0.0400,0.000001");
+  EXPECT_NE(text.find("\n\"a, b.jpg\",7.4484513367,45.8366236105,500.0000,0.0300,0.0200,0.0400,0.000001,0.000000,30."),
+            std::string::npos)
+      << text;
 }
 
 }  // namespace
