@@ -286,7 +286,7 @@ std::string verdict_line(const Verdict& verdict) {
   constexpr double kWorthTelling = 1.15;
   std::string line = "sigmas do not hold";
   if (verdict.factor > kWorthTelling) line = "sigmas are too small by " + plain(verdict.factor, 2);
-  if (verdict.factor < 1 / kWorthTelling) line = "sigmas are too large by " + plain(1 / verdict.factor, 2);
+  if (verdict.factor < 1 / kWorthTelling) line = std::string(kTooLarge) + " by " + plain(1 / verdict.factor, 2);
   if (!verdict.findings.empty()) line += ": " + verdict.findings.front();
   return verdict.slow_part ? fmt::format("{}. {}", line, kInnovationsCannotTell) : line;
 }

@@ -39,7 +39,9 @@ std::vector<std::string> replay_warnings(const ReplayConfig& config, const Repla
   if (const Solution* smoothed = smoothed_of(run); smoothed && smoothed->batch && !smoothed->batch->converged) {
     all.emplace_back("the batch has not converged; compare with `smoother: rts`");
   }
-  if (!verdict.consistent) all.push_back(verdict_line(verdict));
+  const std::string line = verdict_line(verdict);
+  const bool said = !all.empty() && all.front().find(line) != std::string::npos;  // by inspect, of the same run
+  if (!verdict.consistent && !said) all.push_back(line);
   return all;
 }
 

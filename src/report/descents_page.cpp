@@ -53,8 +53,7 @@ std::string section_table(const DescentReport& report) {
     for (std::size_t r = 1; r < report.runs.size(); ++r) row.push_back(gained_text(s.gained[r], s.sigma[r]));
     rows.push_back(std::move(row));
   }
-  return page::wide(
-      page::table("From gate to gate; gained is positive where the run took less time than the first", head, rows));
+  return page::wide(page::table("Gained is positive where the run took less time than the first", head, rows));
 }
 
 Figure over_distance(const DescentReport& report, const char* name, const char* title, const char* unit,
@@ -123,25 +122,22 @@ std::string descents_page(const DescentReport& report, const std::string& versio
   const std::string subtitle = fmt::format("piste {} · {} runs; the line is {}", escape_markup(version),
                                            report.runs.size(), escape_markup(report.how_line));
   page::Drawing drawing;
-  const Figure of_time = over_distance(report, "gained", "Time gained since the first gate", "[s]", &Crossing::gained,
-                                       &Crossing::sigma_gained, 1);
-  const std::string gained = drawing.add({of_time}),
-                    speed =
-                        drawing.add({over_distance(report, "speed", "Speed", "[m/s]", &Crossing::speed, nullptr, 0)}),
-                    offset = drawing.add({over_distance(report, "offset", "Distance to the right of the line", "[m]",
-                                                        &Crossing::offset, nullptr, 0)}),
-                    plan = plan_of_course(report, drawing, *of_time.plot);
+  const Figure gained = over_distance(report, "gained", "Time gained since the first gate", "[s]", &Crossing::gained,
+                                      &Crossing::sigma_gained, 1);
+  const std::string charts = drawing.add(
+      {gained, over_distance(report, "speed", "Speed", "[m/s]", &Crossing::speed, nullptr, 0),
+       over_distance(report, "offset", "Distance to the right of the line", "[m]", &Crossing::offset, nullptr, 0)});
+  const std::string plan = plan_of_course(report, drawing, *gained.plot);
   return page::render(
       {.title = "Descents",
        .subtitle = subtitle,
        .head = drawing.head(),
-       .sections = {{"lost", "Where time was lost", summary + section_table(report)},
-                    {"gained", "Time gained along the line",
-                     "<p class=\"soft\">Falling: time is being lost against the first run. Bands are ± 1 sigma.</p>\n" +
-                         gained},
-                    {"speed", "Speed", speed},
-                    {"offset", "Line", offset},
-                    {"plan", "Plan", plan}},
+       .sections = {{"lost", "Where time was lost",
+                     summary +
+                         "<p class=\"soft\">Where the time gained falls, it is being lost against the first run. Bands "
+                         "are ± 1 sigma. Charts and plan have one cursor.</p>\n" +
+                         charts + plan},
+                    {"sections", "From gate to gate", section_table(report)}},
        .style = drawing.style(),
        .scripts = drawing.scripts()});
 }

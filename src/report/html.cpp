@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "math/gps_time.h"
@@ -180,6 +182,16 @@ std::string speed_text(double speed) {
 
 std::string angle_text(double angle) { return plain(angle * kDegreesPerRadian, 2) + "°"; }
 
+// With a number and its unit on one line.
+std::string unbroken(std::string text) {
+  constexpr std::string_view kNoBreakSpace = "\u00a0";
+  for (std::size_t at = text.find(' '); at != std::string::npos; at = text.find(' ', at + 1)) {
+    if (at > 0 && std::isdigit(static_cast<unsigned char>(text[at - 1])) != 0 && !text.substr(at).starts_with(" at"))
+      text.replace(at, 1, kNoBreakSpace);
+  }
+  return text;
+}
+
 std::vector<std::string> accuracy_tiles(const Solution& solution, double start) {
   std::array<Accuracy, 4> all;
   for (std::size_t i = 0; i < solution.size(); ++i) {
@@ -193,8 +205,8 @@ std::vector<std::string> accuracy_tiles(const Solution& solution, double start) 
   std::vector<std::string> out;
   const auto add = [&](std::size_t k, std::string_view name, const auto& text) {
     const double rms = std::sqrt(all[k].square / static_cast<double>(solution.size()));
-    out.push_back(
-        page::tile(name, text(rms), fmt::format("worst {} at {:.1f} s", text(all[k].worst), all[k].worst_at)));
+    out.push_back(page::tile(name, text(rms),
+                             unbroken(fmt::format("worst {} at {:.1f} s", text(all[k].worst), all[k].worst_at))));
   };
   add(0, "Horizontal, 1σ rms", length_text);
   add(1, "Height, 1σ rms", length_text);
@@ -239,9 +251,12 @@ std::string reliance(const ReplayReport& report) {
         "about the track as they say{}.</p>\n",
         verdict.slow_part ? fmt::format(". {}", escape_markup(kInnovationsCannotTell)) : "");
   }
+  const bool cautious = verdict_line(verdict).starts_with(kTooLarge);
   return fmt::format(
-      "<p class=\"bad\"><strong>Do not rely on the stated accuracy: {}.</strong> Correct this cause, or run "
-      "<code>tune</code>, and replay again.</p>\n",
+      "<p class=\"{}\"><strong>{}: {}.</strong> Correct this cause, or run <code>tune</code>, and replay again.</p>\n",
+      cautious ? "cautious" : "bad",
+      cautious ? "The accuracy is better than it is stated, as far as measurements tell"
+               : "Do not rely on the stated accuracy",
       escape_markup(verdict_line(verdict)));
 }
 

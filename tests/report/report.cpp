@@ -135,6 +135,24 @@ TEST(Html, AnUncertainVerdictNamesWhatDecided) {
   }
 }
 
+TEST(Html, SigmasThatAreTooLargeAreNoReasonToDistrust) {
+  const auto run = test::synthetic_run(20);
+  Verdict verdict;
+  verdict.consistent = false;
+  verdict.factor = 0.7;
+  const std::string page = html_report({.title = "run",
+                                        .version = "1",
+                                        .config_text = "",
+                                        .log = &run.log,
+                                        .filtered = &run.filtered,
+                                        .verdict = &verdict});
+  EXPECT_NE(page.find("The accuracy is better than it is stated, as far as measurements tell: sigmas are too large by "
+                      "1.4."),
+            std::string::npos);
+  EXPECT_EQ(page.find("Do not rely"), std::string::npos);
+  EXPECT_NE(page.find("\u00a0m at "), std::string::npos);
+}
+
 TEST(TuningPage, HasEveryNumberWithItsInterval) {
   Tuning tuning;
   tuning.numbers = {{"gyro.noise", "deg/s/sqrt(Hz)", 0.05, 0.051, 0.0494, 0.0524, true, 2.302585},
