@@ -121,7 +121,11 @@ PositionDrift read_position_drift(const Config& drift) {
   const double time = drift.quantity("correlation_time", dimension::kTime);
   if (!(size.minCoeff() > 0)) drift.fail("sigma", "must be above zero on each axis, such as `0.4 0.4 0.7 m`");
   if (!(time > 0)) drift.fail("correlation_time", "must be above zero, such as `60 s`");
-  return of_stated ? PositionDrift::of_share(size, time) : PositionDrift({size, time});
+  if (!of_stated && drift.has("most_white")) drift.fail("most_white", "is of a `share`; give `sigma` or it");
+  PositionDrift process = of_stated ? PositionDrift::of_share(size, time) : PositionDrift({size, time});
+  process.most_white = drift.quantity("most_white", dimension::kLength, process.most_white);
+  if (!(process.most_white > 0)) drift.fail("most_white", "must be above zero, such as `0.02 m`");
+  return process;
 }
 
 // As antennas on helmets and packs move: all axes alike.

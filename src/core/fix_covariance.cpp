@@ -21,29 +21,25 @@ Correlation correlations(const Matrix3d& covariance) {
 
 Vector3d SlowLevel::next(double time, const Vector3d& sigma) {
   constexpr double kMinute = 60;  // s: half of τ
-  constexpr double kRecent = 5;   // s: fixes of a receiver of 1 Hz scatter; the largest of five is no chance
-  const Vector3d stated = sigma.cwiseAbs2();
-  const auto logarithm = [](const Vector3d& variance) { return Vector3d(0.5 * variance.array().log()); };
-  if (variance_.isZero(0)) {
-    variance_ = recent_ = before_ = stated;
-    trend_ = logarithm(stated);
-    time_ = since_ = time;
-    return Vector3d::Ones();
+  const Vector3d stated = sigma.array().log();
+  if (!begun_) {
+    level_ = trend_ = stated;
+    begun_ = true;
   }
   const double dt = std::max(0.0, time - time_), part = 1 - std::exp(-dt / kMinute);
-  if (time - since_ > kRecent) {
-    before_ = time - since_ > 2 * kRecent ? stated : recent_;
-    recent_ = stated;
-    since_ = time;
+  const Vector3d last = level_;
+  for (int axis = 0; axis < 3; ++axis) {
+    double& level = level_(axis);
+    const double off = stated(axis) - level;
+    const bool leaps = std::abs(off) > 1;  // of so large a change the state is a new one anyway
+    level += leaps ? off : 0.5 * std::log1p(part * std::expm1(2 * off));
+    if (leaps) trend_(axis) = level;
   }
-  recent_ = recent_.cwiseMax(stated);
-  const Vector3d last = variance_;
-  variance_ = (variance_ + part * (stated - variance_)).cwiseMin(recent_.cwiseMax(before_));
-  const Vector3d now = logarithm(variance_), off = now - trend_;
-  change_ += (now - logarithm(last)).cwiseAbs2() + dt / kMinute * off.cwiseAbs2();
+  const Vector3d off = level_ - trend_;
+  change_ += (level_ - last).cwiseAbs2() + dt / kMinute * off.cwiseAbs2();
   trend_ += part * off;
   time_ = time;
-  return variance_.cwiseQuotient(stated).cwiseSqrt();
+  return (level_ - stated).array().exp();
 }
 
 Vector3d SlowLevel::take_change() {

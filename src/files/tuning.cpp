@@ -79,6 +79,7 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
       slow[drift->of_stated ? "share" : "sigma"] = size_text(*drift);
       node["drift"] = slow;
       node["drift"]["correlation_time"] = fmt::format("{:.3g} s", drift->correlation_time);
+      if (std::isfinite(drift->most_white)) node["drift"]["most_white"] = fmt::format("{:.3g} m", drift->most_white);
     }
   });
   add_sources(out, config, folder, "attitude", [&](YAML::Node node, std::size_t i) {
@@ -120,21 +121,27 @@ std::string tune_json(const Tuning& tuning) {
                                              {"innovations", fmt::format("{}", s.innovations)}}));
   }
   const bool kept = tuning.drift_gain && *tuning.drift_gain > tuning.drift_penalty;
-  return json::object({{"piste", json::string(version())},
-                       {"noises", json::object(noises, 1)},
-                       {"at_rest", at_rest_json(tuning)},
-                       {"log_likelihood", json::object({{"start", json::number(tuning.likelihood_at_start)},
-                                                        {"found", json::number(tuning.likelihood)},
-                                                        {"rows", fmt::format("{}", tuning.rows)},
-                                                        {"filter_runs", fmt::format("{}", tuning.filter_runs)}})},
-                       {"coloured_gnss_error", tuning.drift_gain
-                                                   ? json::object({{"gain", json::number(*tuning.drift_gain, 6)},
-                                                                   {"penalty", json::number(tuning.drift_penalty, 6)},
-                                                                   {"kept", json::boolean(kept)}})
-                                                   : "null"},
-                       {"held_out_s", json::number(tuning.held_out)},
-                       {"nis", json::object(nis, 1)}},
-                      0) +
+  return json::object(
+             {{"piste", json::string(version())},
+              {"noises", json::object(noises, 1)},
+              {"at_rest", at_rest_json(tuning)},
+              {"log_likelihood", json::object({{"start", json::number(tuning.likelihood_at_start)},
+                                               {"found", json::number(tuning.likelihood)},
+                                               {"rows", fmt::format("{}", tuning.rows)},
+                                               {"filter_runs", fmt::format("{}", tuning.filter_runs)}})},
+              {"coloured_gnss_error", tuning.drift_gain
+                                          ? json::object({{"gain", json::number(*tuning.drift_gain, 6)},
+                                                          {"penalty", json::number(tuning.drift_penalty, 6)},
+                                                          {"kept", json::boolean(kept)}})
+                                          : "null"},
+              {"kinds_of_gnss_fixes",
+               tuning.kinds_gain ? json::object({{"gain", json::number(*tuning.kinds_gain, 6)},
+                                                 {"penalty", json::number(tuning.kinds_penalty, 6)},
+                                                 {"kept", json::boolean(*tuning.kinds_gain > tuning.kinds_penalty)}})
+                                 : "null"},
+              {"held_out_s", json::number(tuning.held_out)},
+              {"nis", json::object(nis, 1)}},
+             0) +
          '\n';
 }
 

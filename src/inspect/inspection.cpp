@@ -78,8 +78,10 @@ std::string file_keys(const InspectedLog& log, const std::string& folder, std::s
 
 // The slow error of a receiver, and its evidence.
 std::string drift_text(const PositionDrift& drift, std::string_view why) {
-  return fmt::format("    drift: {{{}: {}, correlation_time: {} s}}   # {}\n", drift.of_stated ? "share" : "sigma",
-                     size_text(drift), plain(drift.correlation_time, kDigits), why);
+  const std::string most =
+      std::isfinite(drift.most_white) ? fmt::format(", most_white: {} m", plain(drift.most_white, kDigits)) : "";
+  return fmt::format("    drift: {{{}: {}, correlation_time: {} s{}}}   # {}\n", drift.of_stated ? "share" : "sigma",
+                     size_text(drift), plain(drift.correlation_time, kDigits), most, why);
 }
 
 // The class whose sigmas are stated for a log without: that of the quality which most fixes have.

@@ -61,8 +61,17 @@ void keep_horizontal(Linearization& lin, const Matrix3d& R_wn) {
   lin.rows = 2;
 }
 
-// A slow error of unit variance in m, along n.
-Matrix3d slow_factor(const GnssFix& fix) { return fix.slow_level.asDiagonal() * fix.position_factor(); }
+// The slow part of a total sigma, over its share of it: 1 where the white part is below its most.
+Vector3d beyond_white(const Vector3d& total, const PositionDrift& drift) {
+  const auto least = 1 - (drift.most_white / total.array()).square();
+  return (least.max(drift.sigma.array().square()).sqrt() / drift.sigma.array()).matrix();
+}
+
+// A slow error in units of its state in m, along n.
+Matrix3d slow_factor(const GnssFix& fix, const PositionDrift& drift) {
+  const Vector3d level = fix.slow_level.cwiseProduct(fix.sigma_position);
+  return fix.slow_level.cwiseProduct(beyond_white(level, drift)).asDiagonal() * fix.position_factor();
+}
 
 // Of an antenna that moves on the body, likewise: its displacement adds to the lever arm. Its speed is white noise of a
 // velocity: the mean over the correlation time τ has a variance of 2 (1 − 1/e) σ²/τ².
@@ -83,7 +92,10 @@ Matrix3d white_factor(const GnssFix& fix, const std::optional<PositionDrift>& dr
   if (!drift) return fix.position_factor();
   const auto rest = [](const Vector3d& share) { return (1 - share.array().square()).matrix().eval(); };
   if (drift->of_stated) {
-    const Vector3d usual = rest(drift->sigma), now = rest(drift->sigma.cwiseProduct(fix.slow_level));
+    const Vector3d level = fix.slow_level.cwiseProduct(fix.sigma_position),
+                   at_once = drift->sigma.cwiseProduct(beyond_white(fix.sigma_position, *drift)),
+                   slow = drift->sigma.cwiseProduct(beyond_white(level, *drift));
+    const Vector3d usual = rest(at_once), now = rest(slow.cwiseProduct(fix.slow_level));
     const Vector3d larger = now.cwiseQuotient(usual).cwiseMax(1).cwiseSqrt();
     return larger.asDiagonal() * fix.position_factor() * usual.cwiseSqrt().asDiagonal();
   }
@@ -95,7 +107,7 @@ Matrix3d white_factor(const GnssFix& fix, const std::optional<PositionDrift>& dr
 Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drift, int receiver, const Estimate& x) {
   if (!drift) return Vector3d::Zero();
   const Vector3d state = additive(x, position_drift_block(receiver, drift->of_stated));
-  return drift->of_stated ? slow_factor(fix) * state : state;
+  return drift->of_stated ? slow_factor(fix, *drift) * state : state;
 }
 
 Linearization linearize_position(const GnssFix& fix, const std::optional<PositionDrift>& drift, const Estimate& x,
@@ -126,7 +138,7 @@ Linearization linearize_position(const GnssFix& fix, const std::optional<Positio
   }
   lin.add(Block::kLeverArm, ER * a.back.toRotationMatrix());
   if (drift && drift->of_stated) {
-    lin.add(position_drift_block(receiver, true), gravity.R_wn * slow_factor(fix));
+    lin.add(position_drift_block(receiver, true), gravity.R_wn * slow_factor(fix, *drift));
   } else if (drift) {
     lin.add(position_drift_block(receiver, false), gravity.R_wn);
   }

@@ -117,7 +117,8 @@ std::vector<InspectedLog*> receivers_of(Inspection& found) {
 
 bool same(const std::optional<PositionDrift>& a, const std::optional<PositionDrift>& b) {
   return a.has_value() == b.has_value() &&
-         (!a || (a->sigma == b->sigma && a->of_stated == b->of_stated && a->correlation_time == b->correlation_time));
+         (!a || (a->sigma == b->sigma && a->of_stated == b->of_stated && a->correlation_time == b->correlation_time &&
+                 a->most_white == b->most_white));
 }
 
 // Makes the calibrations state what a cause changes. Returns false where they cannot.

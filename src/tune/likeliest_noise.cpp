@@ -143,6 +143,35 @@ std::vector<NoiseModel> with_drifts(const NoiseModel& model) {
   return models;
 }
 
+// Whether a receiver states sigmas of different kinds of fixes, such as fixed and float ones: by the leaps of
+// SlowLevel.
+bool has_kinds(const std::vector<GnssFix>& fixes) {
+  const auto leaps = [](const GnssFix& a, const GnssFix& b) {
+    return std::abs(std::log(a.sigma_position.x() / b.sigma_position.x())) > 1;
+  };
+  return std::adjacent_find(fixes.begin(), fixes.end(), leaps) != fixes.end();
+}
+
+// The same noise with a limit of the white error of the first receiver: of the better kind of its fixes nearly all is
+// white, and nearly all is slow of the worse one.
+std::vector<NoiseModel> with_kinds(const NoiseModel& model, const std::vector<GnssFix>& fixes) {
+  std::vector<double> stated;
+  stated.reserve(fixes.size());
+  for (const GnssFix& fix : fixes) stated.push_back(fix.sigma_position.head<2>().mean());
+  constexpr double kBetter = 0.1, kLittle = 0.3;  // a quantile; the slow share of the better kind
+  const double least = model.gnss.front().white * quantile(std::move(stated), kBetter);
+  std::vector<NoiseModel> models;
+  for (const double time : {5.0, 20.0, 60.0}) {
+    for (const double more : {1.0, 3.0, 10.0}) {
+      ReceiverNoise& receiver = models.emplace_back(model).gnss.front();
+      if (!(receiver.drift > 0)) receiver.drift = kLittle * receiver.white;
+      receiver.drift_time = time;
+      receiver.most_white = more * least;
+    }
+  }
+  return models;
+}
+
 // By how much the heights of a receiver are worse than its north and east, both against their sigmas: by medians, as
 // outliers are not to decide. 1 where it has no positions.
 double heights_beside(const Evidence& run, std::size_t receiver) {
@@ -239,6 +268,20 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
           search.filtered(log_judged, coloured.best.model).evidence.likelihood - white.evidence.likelihood;
       if (*tuning.drift_gain > tuning.drift_penalty) {
         found = std::move(coloured);
+        log_judged = search.judged(found.best.model);
+      }
+    }
+  }
+  if (how.try_drift && !stated && !is_white && positions > 0 && has_kinds(log.gnss.front())) {
+    tuning.kinds_penalty = (found.best.model.gnss.front().drift > 0 ? 0.5 : 1.5) * std::log(positions);
+    const double alike = search.filtered(log_judged, found.best.model).evidence.likelihood;
+    const std::vector<NoisePoint> coarse = search.filtered(log_judged, with_kinds(found.best.model, log.gnss.front()));
+    tuning.kinds_gain = likeliest(coarse).evidence.likelihood - alike;
+    if (*tuning.kinds_gain > 0) {
+      NoiseFound apart = search.climb(likeliest(coarse).model);
+      tuning.kinds_gain = search.filtered(log_judged, apart.best.model).evidence.likelihood - alike;
+      if (*tuning.kinds_gain > tuning.kinds_penalty) {
+        found = std::move(apart);
         log_judged = search.judged(found.best.model);
       }
     }

@@ -114,7 +114,9 @@ std::optional<PositionDrift> ReceiverNoise::process() const {
   if (in_metres) return PositionDrift({sigma, drift_time});
   const SigmaScales total = scales();
   const Vector3d whole = total.position * Vector3d(stated.x(), stated.y(), total.height * stated.z());
-  return PositionDrift::of_share(sigma.cwiseQuotient(whole).cwiseMin(kMostShare), drift_time);
+  PositionDrift share = PositionDrift::of_share(sigma.cwiseQuotient(whole).cwiseMin(kMostShare), drift_time);
+  share.most_white = most_white;
+  return share;
 }
 
 NoiseModel noise_model(const FilterOptions& options, const Log& log) {
@@ -136,6 +138,7 @@ NoiseModel noise_model(const FilterOptions& options, const Log& log) {
         const double part = drift->sigma.norm() / receiver.stated.norm();
         receiver.white = std::sqrt(std::max(1 - part * part, kLeastWhite * kLeastWhite));
       } else {
+        receiver.most_white = drift->most_white;
         const auto rest = [](double share) { return std::sqrt(1 - share * share); };
         receiver.white = rest(drift->sigma.head<2>().mean());
         receiver.height = rest(drift->sigma.z()) / receiver.white;
@@ -174,6 +177,10 @@ std::vector<NoiseKnob> knobs_of(const NoiseModel& model, const FilterOptions& op
                [i](NoiseModel& m) -> double& { return m.gnss[i].velocity; });
     }
     if (!coloured || !receiver.use_position) continue;
+    if (std::isfinite(model.gnss[i].most_white)) {
+      list.add(name + "drift.most_white", "m", 1, kSizeWidth,
+               [i](NoiseModel& m) -> double& { return m.gnss[i].most_white; });
+    }
     list.add(name + "drift.sigma", "m", model.gnss[i].drift_shape.x(), kSizeWidth,
              [i](NoiseModel& m) -> double& { return m.gnss[i].drift; });
     list.add(

@@ -121,6 +121,33 @@ TEST(Jacobians, AShareLeavesTheTotal) {
   EXPECT_TRUE(total.isApprox(L * L.transpose(), 1e-12));
 }
 
+// With a limit of the white part, fixes that state more are slow for the rest: the total stays what is stated.
+TEST(Jacobians, ALimitOfTheWhitePartMakesTheRestSlow) {
+  auto drift = PositionDrift::of_share({0.6, 0.6, 0.6}, 60);
+  drift.most_white = 0.02;
+  Random random(7);
+  const Estimate x = random.estimate();
+  const ImuStep raw = raw_step(random);
+  const Gravity gravity = gravity_near(x, random);
+  GnssFix fix = fix_near(x, random);
+  fix.correlation.setZero();
+  fix.slow_level.setOnes();
+  for (const double stated : {0.01, 0.025, 0.026, 0.5}) {
+    fix.sigma_position.setConstant(stated);
+    const auto seen = [&](const Estimate& y) {
+      return linearize_position(fix, drift, y, {motion_of(raw, y)}, kWorld.earth_rate(), gravity);
+    };
+    const Linearization lin = seen(x);
+    const Matrix3d slow = lin.jacobian(position_drift_block(0, true));
+    const double white = std::min(0.8 * stated, 0.02);
+    EXPECT_TRUE(lin.covariance.isApprox(white * white * Matrix3d::Identity(), 1e-9)) << stated;
+    EXPECT_TRUE(
+        (lin.covariance + 0.36 * slow * slow.transpose()).isApprox(stated * stated * Matrix3d::Identity(), 1e-9))
+        << stated;
+    check_jacobians(seen, x);
+  }
+}
+
 // A receiver that states three times as much as it did: the slow part is still small, and the white one makes up the
 // total. One that states a third: the slow part is still large, and the white one as large a share as ever.
 TEST(Jacobians, TheSlowPartFollowsWhatIsStated) {

@@ -19,7 +19,6 @@
 #include "support/navigation.h"
 #include "support/places.h"
 #include "support/program.h"
-#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
@@ -164,12 +163,8 @@ void expect_within(const Table& solution, const Table& truth, bool heading_count
 
 class Cases : public ::testing::TestWithParam<Case> {};
 
-// Those that do not come out right yet (issue 55).
-constexpr std::array<std::string_view, 1> kOpen{"float_between_fixed"};
-
 TEST_P(Cases, ComesOutRight) {
   const Case& c = GetParam();
-  if (!thorough() && std::ranges::count(kOpen, c.name) > 0) GTEST_SKIP() << "not right yet; with PISTE_THOROUGH=1";
   if (!fs::is_directory(cases())) {
     if (std::getenv("PISTE_CASES") != nullptr) FAIL() << "$PISTE_CASES is no folder";
     GTEST_SKIP() << "the cases are not here: set PISTE_CASES to their folder";

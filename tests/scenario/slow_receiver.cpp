@@ -16,6 +16,7 @@
 #include "piste/replay/replay.h"
 #include "piste/search/inspect.h"
 #include "piste/search/tune.h"
+#include "support/random.h"
 #include "support/simulated_case.h"
 #include "support/text_file.h"
 #include "support/thorough.h"
@@ -179,6 +180,53 @@ TEST_P(SlowReceivers, SigmasHoldWithNoHands) {
   };
   row("inspect", inspected);
   row("tune", tuned);
+}
+
+// Fixed ambiguities, half a minute of float ones, and fixed ones again. Errors of float fixes are nearly all slow, and
+// those of fixed ones nearly all white: one share of what is stated does for neither.
+TEST(FloatBetweenFixed, IsToldByInspect) {
+  const int runs = seeds(2, 20);
+  Both errors;
+  for (int k = 1; k <= runs; ++k) {
+    Case c = make_case("ski", 250, static_cast<std::uint64_t>(900 + k), [&](Scenario& s) {
+      s.imus[0].clock_offset = s.imus[0].clock_drift = 0;
+      s.gnss[0].rate = 8;
+      s.gnss[0].position_noise.setConstant(0.015);
+      s.gnss[0].velocity_noise.setZero();
+      s.motion.run = 150;
+    });
+    constexpr double kStated = 0.35, kTime = 12, kWhite = 0.04, kBegin = 60, kEnd = 95;
+    Random random(static_cast<std::uint64_t>(k));
+    Vector3d slow = random.vector(kStated);
+    double last = 0;
+    for (GeodeticFix& fix : c.simulation.gnss[0].fixes) {
+      const double since = fix.time - c.under_way();
+      if (since < kBegin || since > kEnd) continue;
+      const double stays = last == 0 ? 1 : std::exp(-(fix.time - last) / kTime);
+      last = fix.time;
+      slow = stays * slow + random.vector(kStated * std::sqrt(1 - stays * stays));
+      const World there(fix.position);
+      fix.position = there.to_geodetic(slow + random.vector(kWhite));
+      fix.sigma_position.setConstant(kStated);
+    }
+    const TemporaryFolder folder;
+    Inspection found = inspect({folder.write("samples.csv", imu_csv(c.simulation.imus[0].recording)),
+                                folder.write("rtk.csv", gnss_csv(c.simulation.gnss[0]))});
+    OutputFolder output(folder / "found");
+    write_inspection(output, found);
+    output.commit();
+    const ReplayConfig config = read_replay_config(folder / "found/replay.yaml");
+    ASSERT_TRUE(config.filter.gnss[0].drift.has_value()) << k;
+    EXPECT_LT(config.filter.gnss[0].drift->most_white, 0.3) << k;
+    const Replay replayed = replay(config);
+    errors.filtered.add(replayed.filtered.solution, c, replayed.options);
+    errors.smoothed.add(*replayed.smoothed, c, replayed.options);
+  }
+  for (const auto& [name, e] : {std::pair("filtered", errors.filtered), std::pair("smoothed", errors.smoothed)}) {
+    fmt::print("{}: {:.1f} % inside 3 sigma, mean square {:.2f}\n", name, 100 * e.within(), e.mean_square());
+    EXPECT_GE(e.within(), 0.97) << name;
+    EXPECT_LT(e.mean_square(), 1.5) << name;
+  }
 }
 
 std::vector<SlowReceiver> slow_receivers() {

@@ -94,15 +94,15 @@ struct GeodeticFix {
 
 /// The size σ̄ of a slow error of a receiver whose sigmas change. That of a first-order Gauss-Markov process follows its
 /// white noise with a delay: d/dt σ̄² = (σ² − σ̄²) 2/τ, here with τ of two minutes. A state in units of σ itself would
-/// leap where a stated accuracy is rounded differently. It is no larger than what was stated in the last seconds, so
-/// that a receiver that has just been switched on, or that fixes its ambiguities, is believed.
+/// leap where a stated accuracy is rounded differently. A stated sigma that differs from σ̄ by more than a factor of e
+/// is of another kind of fix, such as one whose ambiguities are fixed: σ̄ is then that at once.
 ///
 /// Whether the error follows its size is not known: a filter would otherwise take each change of σ̄ for information on
 /// the error. So the state may change by as much. The variance of that, relative to the one of the state, is
 ///
 ///     (Δ ln σ̄)² + d² Δt/T,   d = ln σ̄ − m,   d/dt m = d/T,   T = τ/2,
 ///
-/// the square of each leap, and of a lasting trend over each T.
+/// the square of each leap, and of a lasting trend over each T. After a leap of a factor of e nothing is left.
 class SlowLevel {
  public:
   /// σ̄/σ of the next fix, in the order of time; 1 for the first one.
@@ -112,11 +112,10 @@ class SlowLevel {
   Vector3d take_change();
 
  private:
-  double time_ = 0, since_ = 0;           ///< since_: the seconds in which `recent_` is the largest
-  Vector3d variance_ = Vector3d::Zero();  ///< σ̄²
-  Vector3d recent_ = Vector3d::Zero();    ///< largest σ² since then
-  Vector3d before_ = Vector3d::Zero();    ///< and in the seconds before
-  Vector3d trend_ = Vector3d::Zero();     ///< m
+  bool begun_ = false;
+  double time_ = 0;
+  Vector3d level_ = Vector3d::Zero();  ///< ln σ̄
+  Vector3d trend_ = Vector3d::Zero();  ///< m
   Vector3d change_ = Vector3d::Zero();
 };
 

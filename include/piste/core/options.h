@@ -1,6 +1,7 @@
 #pragma once
 /// Options of a run, which conditioning, filter and smoother share. SI and radians.
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,6 +69,9 @@ struct PositionDrift : GaussMarkov {
   /// Whether `sigma` is a share of the sigma that each fix states, without a unit. The state is then in units of what
   /// was stated over the last minute (SlowLevel), and so follows a receiver whose sigmas change. Else `sigma` is in m.
   bool of_stated = false;
+  /// Of a share: most of the white part [m]. What fixes state beyond is slow, as errors of float ambiguities are beside
+  /// those of fixed ones.
+  double most_white = std::numeric_limits<double>::infinity();
 
   /// In m.
   PositionDrift(const GaussMarkov& process) : GaussMarkov(process) {}

@@ -8,6 +8,7 @@
 /// where it was, and weighs as much as a single observation, or less, of what they tell.
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,9 +27,11 @@ struct ReceiverNoise {
   double drift = 0, drift_time = 0;  ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
   Vector3d drift_shape, stated;      ///< of a drift of factor 1; median of the sigmas of positions that it states
   StandingHeights standing = {};     ///< what rounding makes of its heights at least
-  bool in_metres = false;            ///< whether its drift is stated in m, and not as a share of its sigmas
-  bool is_white = false;             ///< whether the user says so: the total may then be less than is stated
-  bool by_claim = false;             ///< whether its drift is what the innovations leave of the stated sigmas
+  /// Most of the white error beside a drift that is a share [m] (PositionDrift).
+  double most_white = std::numeric_limits<double>::infinity();
+  bool in_metres = false;  ///< whether its drift is stated in m, and not as a share of its sigmas
+  bool is_white = false;   ///< whether the user says so: the total may then be less than is stated
+  bool by_claim = false;   ///< whether its drift is what the innovations leave of the stated sigmas
 
   /// Factor of the sigmas of positions by which they are those of white and coloured error together.
   double position() const;
@@ -86,6 +89,9 @@ struct Tuning {
   /// 1978: half the number of its parameters times ln rows). Nothing if it was stated, or could not be tried.
   std::optional<double> drift_gain = std::nullopt;
   double drift_penalty = 0;
+  /// The same of a limit of the white error of the first receiver, where it states sigmas of different kinds of fixes.
+  std::optional<double> kinds_gain = std::nullopt;
+  double kinds_penalty = 0;
   std::vector<SourceNis> nis;
   double held_out = 0;  ///< length of the stretches that were held out, and are in `nis` alone [s]; 0: none were
   NoiseAtRest at_rest;
