@@ -42,7 +42,7 @@ AppArguments parse(int argc, char** argv, const AppDescription& description, CLI
     command
         .add_option("--output", output,
                     fmt::format("folder for the outputs; without it out/<stem of {}> below the current folder",
-                                description.input.substr(0, description.input.find(' '))))
+                                description.input))
         ->type_name("DIR");
   }
   command.add_flag("--quiet", arguments.quiet, "no progress bar, no summary on standard output");

@@ -46,8 +46,8 @@ int main(int argc, char** argv) {
       {.name = "evaluate",
        .summary = "Compares a trajectory with a reference. Gives absolute and relative errors, and says whether the "
                   "sigmas of the first hold.",
-       .input = "A B",
-       .input_help = "trajectories of any format, or folders of replays; B is the reference",
+       .input = "TRAJECTORY",
+       .input_help = "A and the reference B: trajectories of any format, or folders of replays",
        .many_inputs = true,
        .texts = {{"align", "none, position, yaw, se3, or sim3: how A is moved onto B first", "KIND", "none"},
                  {"rpe", "step of the relative error, such as 100m or 1s; may be repeated (default: 100m and 1s)",
