@@ -125,10 +125,10 @@ std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane&
     before = after;
     if (!crosses) continue;
     const bool along = passes_at(path, plane, i);
-    if (best_passes && !along) continue;
+    if (best_passes && (!along || plane.pass == CoursePlane::Pass::kFirst)) continue;
     const double about = std::abs(right_of(plane.direction).dot(path.position[i] - plane.place));
     constexpr double kNear = 5;  // m: within it the exact place decides
-    const bool better = along && !best_passes;
+    const bool better = along && (!best_passes || plane.pass == CoursePlane::Pass::kLast);
     if (best && !better && about > std::abs(best->offset) + kNear) continue;
     const PlaneCrossing found = crossing_within(path, plane, i);
     if (best && !better && std::abs(found.offset) >= std::abs(best->offset)) continue;

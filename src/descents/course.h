@@ -37,6 +37,9 @@ class CourseLine {
 /// A vertical plane through a place, passed along `direction`, a horizontal unit vector.
 struct CoursePlane {
   Vector3d place, direction;
+  /// Which crossing counts, if there are several: the nearest one to the place, or of those within 15 m of the place
+  /// and 45° of the direction the first or the last, as of the line where a lap begins and ends.
+  enum class Pass { kNearest, kFirst, kLast } pass = Pass::kNearest;
 };
 
 /// A forward crossing.
@@ -45,8 +48,8 @@ struct PlaneCrossing {
   double time = 0, offset = 0;
   Vector3d position, velocity, acceleration;
 };
-/// Of all forward crossings the one nearest to the plane's place; nothing if there is none. Those within 15 m of the
-/// place and 45° of the direction come first, so that of an eight the right branch is taken.
+/// Of all forward crossings the one that counts; nothing if there is none. Those within 15 m of the place and 45° of
+/// the direction come first, so that of an eight the right branch is taken.
 std::optional<PlaneCrossing> crossing(const CoursePath& path, const CoursePlane& plane);
 
 /// The rows before each crossing of the plane, within 15 m of its place and 45° of its direction, in ascending order.

@@ -423,7 +423,15 @@ std::vector<Gate> read_gates(const std::filesystem::path& file) {
   return gates;
 }
 
-std::vector<Descent> laps_of(const Descent& run, const std::vector<Gate>& gates) {
+namespace {
+
+// The laps of a run, and the plane in which they begin and end.
+struct Laps {
+  std::vector<Descent> runs;
+  Gate start;
+};
+
+Laps find_laps(const Descent& run, const std::vector<Gate>& gates) {
   const EnuFrame frame(run.track.place.front());
   const double height = run.track.place.front().height;
   const CoursePath path = path_of(run, frame);
@@ -431,41 +439,50 @@ std::vector<Descent> laps_of(const Descent& run, const std::vector<Gate>& gates)
   const CoursePlane start = gates.empty()
                                 ? most_passed(path)
                                 : placed_gates({gates.front()}, CourseLine(path.position), frame, height).front().plane;
+  Laps laps;
+  laps.start = {.name = gates.empty() ? "start" : gates.front().name,
+                .place = frame.geodetic(start.place),
+                .heading = std::atan2(start.direction.x(), start.direction.y())};
   const std::vector<std::size_t> begins = passes(path, start);
-  std::vector<Descent> laps;
   std::vector<PlacedGate> placed;
-  for (std::size_t k = 0; k < begins.size(); ++k) {
-    const std::size_t first = begins[k], end = k + 1 < begins.size() ? begins[k + 1] : path.time.size();
-    Descent lap{.name = fmt::format("{}_{}", run.name, laps.size() + 1),
+  constexpr std::size_t kMore = 2;  // rows on either side, so that rounding loses no crossing
+  for (std::size_t k = 0; k + 1 < begins.size(); ++k) {
+    const std::size_t first = begins[k] - std::min<std::size_t>(begins[k], kMore - 1),
+                      end = std::min(begins[k + 1] + 1 + kMore, path.time.size());
+    Descent lap{.name = fmt::format("{}_{}", run.name, laps.runs.size() + 1),
                 .track = rows_of(run.track, first, end),
                 .replay = run.replay,
                 .point = run.point,
                 .first_row = run.first_row + first};
     const CoursePath of_lap = path_of(lap, frame);
-    if (laps.empty()) {
-      const CourseLine line(of_lap.position);
-      placed = line.length() > 2 * kShortestLap ? placed_gates(gates, line, frame, height) : std::vector<PlacedGate>();
-    }
-    const bool whole = placed.size() >= 2 && std::all_of(placed.begin(), placed.end(), [&](const PlacedGate& gate) {
-                         return crossing(of_lap, gate.plane).has_value();
-                       });
-    if (whole) laps.push_back(std::move(lap));
+    const CourseLine line(of_lap.position);
+    if (line.length() < 2 * kShortestLap) continue;
+    if (laps.runs.empty()) placed = placed_gates(gates, line, frame, height);
+    const bool whole = std::all_of(placed.begin(), placed.end(),
+                                   [&](const PlacedGate& gate) { return crossing(of_lap, gate.plane).has_value(); });
+    if (whole) laps.runs.push_back(std::move(lap));
   }
   return laps;
 }
 
-DescentReport compare_descents(const std::vector<Descent>& runs, const std::vector<Gate>& gates,
-                               const DescentOptions& options) {
-  check_runs(runs);
-  if (runs.size() == 1) {
-    const std::vector<Descent> laps = laps_of(runs.front(), gates);
-    if (laps.size() < 2) {
-      throw ConfigError("", fmt::format("two runs at least are compared, or the laps of one; `{}` does not pass its "
-                                        "start{} twice and all gates after it",
-                                        runs.front().name, gates.empty() ? "" : " `" + gates.front().name + "`"));
-    }
-    return compare_descents(laps, gates, options);
-  }
+// Gates of laps: the first one is where they begin, and the last one, `lap`, is the same line after the round.
+std::vector<PlacedGate> around(std::vector<PlacedGate> placed, const Gate& start, bool is_first, const CourseLine& line,
+                               const EnuFrame& frame, double height) {
+  PlacedGate begin = placed_gates({start}, line, frame, height).front(), end = begin;
+  const auto ahead = [&](double s) { return begin.plane.direction.dot(begin.plane.place - line.at(s)); };
+  begin.distance = std::max(0.0, ahead(0));
+  begin.plane.pass = CoursePlane::Pass::kFirst;
+  end.name = "lap";
+  end.distance = std::min(line.length(), line.length() + ahead(line.length()));
+  end.plane.pass = CoursePlane::Pass::kLast;
+  if (is_first) placed.erase(placed.begin());
+  placed.insert(placed.begin(), std::move(begin));
+  placed.push_back(std::move(end));
+  return placed;
+}
+
+DescentReport compare(const std::vector<Descent>& runs, const std::vector<Gate>& gates, const DescentOptions& options,
+                      const std::optional<Gate>& start) {
   DescentReport report;
   report.runs.reserve(runs.size());
   for (const Descent& run : runs) report.runs.push_back(run.name);
@@ -475,7 +492,8 @@ DescentReport compare_descents(const std::vector<Descent>& runs, const std::vect
   paths.reserve(runs.size());
   for (const Descent& run : runs) paths.push_back(path_of(run, frame));
   const CourseLine line = line_of(runs, paths, options, report);
-  const std::vector<PlacedGate> placed = placed_gates(gates, line, frame, origin.height);
+  std::vector<PlacedGate> placed = placed_gates(gates, line, frame, origin.height);
+  if (start) placed = around(std::move(placed), *start, !gates.empty(), line, frame, origin.height);
   if (placed.size() < 2)
     throw DataError(runs.front().track.file, "fewer than two turns are found; name the gates: --gates FILE");
 
@@ -487,7 +505,9 @@ DescentReport compare_descents(const std::vector<Descent>& runs, const std::vect
   const auto steps = static_cast<int>(std::ceil((last - first) / options.step));
   for (int k = 0; k <= steps; ++k) {
     const double s = first + (last - first) * k / std::max(1, steps);
-    along.push_back(cross(runs, paths, {line.at(s), line.direction(s)}, "", s - first, origin.height));
+    CoursePlane plane{line.at(s), line.direction(s)};
+    if (start) plane.pass = 2 * s < first + last ? CoursePlane::Pass::kFirst : CoursePlane::Pass::kLast;
+    along.push_back(cross(runs, paths, plane, "", s - first, origin.height));
   }
   set_gained(at_gates);
   set_gained(along);
@@ -532,6 +552,23 @@ DescentReport compare_descents(const std::vector<Descent>& runs, const std::vect
   for (Crossed& c : at_gates) report.gates.push_back(std::move(c.passage));
   for (Crossed& c : along) report.along.push_back(std::move(c.passage));
   return report;
+}
+
+}  // namespace
+
+std::vector<Descent> laps_of(const Descent& run, const std::vector<Gate>& gates) { return find_laps(run, gates).runs; }
+
+DescentReport compare_descents(const std::vector<Descent>& runs, const std::vector<Gate>& gates,
+                               const DescentOptions& options) {
+  check_runs(runs);
+  if (runs.size() > 1) return compare(runs, gates, options, std::nullopt);
+  const Laps laps = find_laps(runs.front(), gates);
+  if (laps.runs.size() < 2) {
+    throw ConfigError("", fmt::format("two runs at least are compared, or the laps of one; `{}` does not pass its "
+                                      "start{} three times and all gates in between",
+                                      runs.front().name, gates.empty() ? "" : " `" + gates.front().name + "`"));
+  }
+  return compare(laps.runs, gates, options, laps.start);
 }
 
 }  // namespace piste

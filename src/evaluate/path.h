@@ -20,6 +20,7 @@ class EnuFrame {
  public:
   explicit EnuFrame(const Geodetic& origin) : world_(origin) {}
   Vector3d place(const Geodetic& place) const { return enu_from_ned() * world_.from_geodetic(place); }
+  Geodetic geodetic(const Vector3d& place) const { return world_.to_geodetic(enu_from_ned().transpose() * place); }
   /// R_fn: from north, east, down at the place into the frame.
   Matrix3d local(const Geodetic& place) const {
     return enu_from_ned() * world_.rotation_wn(world_.from_geodetic(place));

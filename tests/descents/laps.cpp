@@ -61,6 +61,10 @@ TEST(Laps, BeginAtTheFirstGateAndPassAll) {
     EXPECT_NEAR(report.sections[0].duration[r], 2 / rate, 0.02) << r;
     EXPECT_NEAR(report.sections[1].duration[r], 4 / rate, 0.02) << r;
     EXPECT_NEAR(report.gates[2].runs[r].gained, 60 - 6 / rate, 0.04) << r;
+    EXPECT_EQ(report.gates[3].name, "lap");
+    const double round = 2 * std::numbers::pi;
+    EXPECT_NEAR(report.gates[3].runs[r].time - report.gates[0].runs[r].time, round / rate, 0.02) << r;
+    EXPECT_NEAR(report.along.back().runs[r].gained, round / 0.1 - round / rate, 0.04) << r;
   }
 }
 
@@ -74,7 +78,7 @@ TEST(Laps, AreFoundWithoutGates) {
     compare_descents({eights(0.9)}, {});
     ADD_FAILURE() << "one lap";
   } catch (const ConfigError& e) {
-    EXPECT_NE(std::string(e.what()).find("`ride` does not pass its start twice"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("`ride` does not pass its start three times"), std::string::npos) << e.what();
   }
 }
 

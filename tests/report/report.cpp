@@ -150,7 +150,7 @@ TEST(Html, SigmasThatAreTooLargeAreNoReasonToDistrust) {
                       "1.4."),
             std::string::npos);
   EXPECT_EQ(page.find("Do not rely"), std::string::npos);
-  EXPECT_NE(page.find("\u00a0m at "), std::string::npos);
+  EXPECT_NE(page.find("\u00a0s</"), std::string::npos);
 }
 
 TEST(TuningPage, HasEveryNumberWithItsInterval) {

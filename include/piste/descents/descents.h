@@ -54,9 +54,9 @@ struct Gate {
 };
 
 /// The laps of one log, named NAME_1, NAME_2 and so on. Each begins where the run passes the start within 15 m and 45°
-/// of its direction, and ends before it does so again. The start is the first gate; without gates it is the earliest
-/// place of the path that is passed most often. Only what passes all gates is a lap (without gates the apexes of the
-/// first lap's turns). Laps share their replay. Fewer than two are no error here.
+/// of its direction, and ends where it does so again. The start is the first gate; without gates it is the earliest
+/// place of the path that is passed most often. Only what passes all gates is a lap. Laps share their replay. Fewer
+/// than two are no error here.
 std::vector<Descent> laps_of(const Descent& run, const std::vector<Gate>& gates);
 
 /// Reads gates in the order in which they are passed: `name, latitude_deg, longitude_deg`, optional `heading_deg`, a
@@ -107,7 +107,8 @@ struct DescentReport {
 };
 
 /// Compares two runs or more, or the laps of one (laps_of). Gained times of two laps of one replay take the covariances
-/// between all four crossings: they are not independent. Without gates these are the apexes of the line's turns. Throws
+/// between all four crossings: they are not independent. Without gates these are the apexes of the line's turns. Laps
+/// have one more, `lap`: the start line after the round; without gates also `start`. Throws
 /// DataError if a run does not cross a gate forwards, ConfigError if the line is no run, names are repeated, or one run
 /// has no laps.
 DescentReport compare_descents(const std::vector<Descent>& runs, const std::vector<Gate>& gates,
