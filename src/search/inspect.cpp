@@ -287,6 +287,7 @@ void examine_all(Inspection& inspection, const Work& work) {
         LogMatch m = match(on_known_clock(inspection, i), logs[j].gnss, *logs[j].gnss_health,
                            clock_known ? std::vector<Interval>{} : logs[i].imu_health->rest);
         m.clock_told = clock_known;
+        if (m.motion && logs[i].guess) m.motion->sign_told = !logs[i].guess->guessed_sign;
         append(found, suspicions(m, logs[i].log.file, logs[j].log.file));
         inspection.matches.push_back({i, j, std::move(m)});
       }

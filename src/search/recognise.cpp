@@ -54,6 +54,7 @@ void join_parts(InspectedLog& gyro, InspectedLog& accel) {
   gyro.log.columns->accel_rows = accel.log.columns->rows;
   gyro.guess->why += "; the accelerometers stand in " + accel.log.file;
   if (!accel.log.gravity_file.empty()) gyro.guess->why += ", and gravity in " + accel.log.gravity_file;
+  gyro.guess->guessed_sign = accel.guess->guessed_sign;
   append(gyro.guess->doubts, std::move(accel.guess->doubts));
   for (const InspectedLog* l : {&gyro, &accel}) {
     if (!l->guess->aside.empty()) gyro.guess->doubts.push_back(l->log.file + ": " + l->guess->aside);
@@ -68,6 +69,7 @@ void add_gravity(InspectedLog& linear, InspectedLog& gravity) {
   ColumnUse& use = linear.log.columns->uses.at("accel");
   const ColumnUse& added = gravity.log.columns->uses.at("accel");
   if (use.axes.empty()) {
+    linear.guess->guessed_sign = true;
     linear.guess->doubts.emplace_back(
         "accel: the sign of the forces is to be checked: that of Android is taken, and iOS writes minus that");
   }

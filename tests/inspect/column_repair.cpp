@@ -23,5 +23,26 @@ TEST(ColumnRepair, KeepsTheNumberBeforeAUnit) {
   EXPECT_EQ(right->find("accel")->unit, "g");
 }
 
+// A track with latitude and longitude exchanged and forces of the other sign look the same. A phone that does not say
+// which sign it writes is the likelier of both.
+TEST(ColumnRepair, ReversesForcesWhoseSignNobodyTells) {
+  ColumnMap map;
+  map.uses["gyro"] = {{"x", "y", "z"}, "rad/s"};
+  map.uses["accel"] = {{"x", "y", "z"}, "m/s^2"};
+  LogMatch match;
+  match.interval = 0.01;
+  match.clock = ClockMatch{};
+  match.force = kStandardGravity;
+  match.motion = MotionMatch{};
+  match.motion->gyro_factor = 1;
+  match.motion->gravity = match.motion->mirrored = true;
+  EXPECT_FALSE(repaired(map, match)) << "the track is at fault";
+  match.motion->sign_told = false;
+  const auto right = repaired(map, match);
+  ASSERT_TRUE(right);
+  EXPECT_EQ(right->find("accel")->axes, (std::vector<std::string>{"-x", "-y", "-z"}));
+  EXPECT_TRUE(right->find("gyro")->axes.empty());
+}
+
 }  // namespace
 }  // namespace piste

@@ -26,6 +26,7 @@ struct LogGuess {
   std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well
   std::vector<std::string> doubts = {};      ///< what the user should check
   bool guessed_rates = false;                ///< of an IMU: no header tells the unit of the gyroscopes
+  bool guessed_sign = false;                 ///< of an IMU: nothing tells the sign of the forces
   /// Pairs of the log's time and GPS seconds of week, where rows beside those of the sensor state both.
   std::vector<std::pair<double, double>> clock = {};
   std::vector<LogGuess> beside = {};  ///< other logs in the same file, such as a receiver's with an IMU's

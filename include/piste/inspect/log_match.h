@@ -71,9 +71,11 @@ struct MotionMatch {
   double margin = 0;                   ///< by how much larger this angle is for the second best axes [rad]
   std::vector<std::string> as_likely;  ///< other axes with hardly a larger angle: the IMU sits between them
 
+  bool sign_told = true;  ///< whether the log tells the sign of the forces
+
   /// Whether the track is mirrored, and not the sign of the force reversed. Both look the same. It is the track if a
-  /// reversed force would mean an IMU that hangs upside down.
-  bool track_mirrored() const { return mirrored && gyro_axes.isIdentity() && R_bs(2, 2) > 0; }
+  /// reversed force would mean an IMU that hangs upside down, and nobody doubts the sign.
+  bool track_mirrored() const { return mirrored && sign_told && gyro_axes.isIdentity() && R_bs(2, 2) > 0; }
   bool as_given() const { return gyro_factor == 1 && gyro_axes.isIdentity() && !mirrored && gravity; }
 };
 
