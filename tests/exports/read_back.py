@@ -81,7 +81,7 @@ class Reader:
         times = [self.since(datetime.datetime.strptime(p.find("g:time", ns).text, "%Y-%m-%dT%H:%M:%S.%fZ")) for p in points]
         self.same("gpx, an XML parser", [float(p.get("lat")) for p in points], [float(p.get("lon")) for p in points],
                   [value(p, "ele") + value(p, "geoidheight") for p in points], times)
-        undulation = [value(p, "geoidheight") for p in points]
+        undulation = self.undulation = [value(p, "geoidheight") for p in points]
         if program("ogr2ogr"):
             self.gdal("gpx, GDAL", file, "track_points", undulation)
         if program("gpsbabel"):
@@ -110,6 +110,38 @@ class Reader:
             assert abs(float(row["Longitude"]) - ours["longitude_deg"]) < 1e-6
             assert abs(float(row["Altitude"]) + n - ours["height_m"]) < 0.06
         print(f"{what}: {len(rows)} rows come back")
+
+    def kml(self):
+        """The map of the run itself, by GDAL: its track is that of the rows, at their heights less the geoid's."""
+        if not program("ogr2ogr"):
+            return
+        out = self.work / "kml.geojson"
+        out.unlink(missing_ok=True)
+        subprocess.run(["ogr2ogr", "-f", "GeoJSON", "-lco", "COORDINATE_PRECISION=10", out, self.run / "trajectory.kml"], check=True,
+                       stderr=subprocess.DEVNULL)
+        lines = []
+
+        def collect(geometry):
+            if geometry["type"] == "GeometryCollection":
+                for part in geometry["geometries"]:
+                    collect(part)
+            elif geometry["type"].endswith("LineString"):
+                lines.extend(geometry["coordinates"] if geometry["type"].startswith("Multi") else [geometry["coordinates"]])
+
+        for feature in json.loads(out.read_text())["features"]:
+            collect(feature["geometry"])
+        count = 0
+        for line in lines:
+            row = 0
+            for lon, lat, height in line:  # in the order of the rows
+                while row < len(self.rows) and not (abs(self.rows[row]["latitude_deg"] - lat) < 3e-7 and abs(self.rows[row]["longitude_deg"] - lon) < 5e-7):
+                    row += 1
+                assert row < len(self.rows), f"kml: {lat} {lon} is no row of the run"
+                off = abs(self.rows[row]["height_m"] - self.undulation[row] - height)
+                assert off < 1, f"kml: the height of {lat} {lon} is {off} m off"
+                count += 1
+        assert count > 100, f"kml: {count} places"
+        print(f"kml, GDAL: {count} places of {len(lines)} lines are rows of the run")
 
     def geojson(self):
         file = self.write("geojson", "run.geojson")
@@ -206,7 +238,7 @@ class Reader:
 def main():
     reader = Reader(*(Path(a).resolve() for a in sys.argv[1:4]))
     reader.work.mkdir(parents=True, exist_ok=True)
-    for part in (reader.gpx, reader.geojson, reader.nmea, reader.poses, reader.sbet, reader.rtklib, reader.numpy):
+    for part in (reader.gpx, reader.kml, reader.geojson, reader.nmea, reader.poses, reader.sbet, reader.rtklib, reader.numpy):
         part()
     for name in sorted(set(skipped)):
         print(f"skipped: {name} is not here")
