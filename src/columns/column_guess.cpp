@@ -505,8 +505,9 @@ class Guesser {
       if (key != "height" && key != "sea height") continue;
       const SampledColumn& column = table_.columns[c];
       const bool of_receiver = column.has_any({"gps", "gnss", "location"});
-      const int rank = (is_of_place(c) ? 8 : 0) + (is_ellipsoidal(column) ? 4 : 0) + (of_receiver ? 2 : 0) +
-                       (key == "height" ? 1 : 0);
+      const bool of_ellipsoid = is_ellipsoidal(column) || column.has_any({"wgs84", "wgs"});
+      const int rank =
+          (is_of_place(c) ? 8 : 0) + (of_ellipsoid ? 4 : 0) + (of_receiver ? 2 : 0) + (key == "height" ? 1 : 0);
       if (rank > most) best = c;
       most = std::max(rank, most);
     }

@@ -295,7 +295,7 @@ TEST(ColumnGuess, UnitsOfAnImuAtTheEndOfNames) {
 }
 
 TEST(ColumnGuess, TheHeightAboveTheEllipsoidIsTaken) {
-  for (const std::string name : {"alt_ellipsoid", "hae", "ellipsoidal_height"}) {
+  for (const std::string name : {"alt_ellipsoid", "hae", "ellipsoidal_height", "altitude_wgs84"}) {
     const std::string found = mapping("fixes.csv", receiver("time,lat,lon,alt," + name + "\n", [](int i) {
                                         return fmt::format("{},46.5,6.{},350,400\n", i, 600 + i);
                                       }));

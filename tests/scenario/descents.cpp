@@ -29,11 +29,14 @@ constexpr double kSpeed = 15;  // m/s, of the course
 /// GainedErrors of gained times in sigmas: one list for each three skiers, who share the first of them.
 struct GainedErrors {
   std::vector<std::vector<double>> of_course;
-  double largest_sigma = 0;  // at 15 m/s: a sigma of place over another speed is another one of time
+  double largest_sigma = 0, squares = 0, count = 0;  // at 15 m/s: of another speed a place has another time
   void add(double error, double sigma, double speed) {
     of_course.back().push_back(error / sigma);
     largest_sigma = std::max(largest_sigma, sigma * speed / kSpeed);
+    squares += square(sigma * speed / kSpeed);
+    ++count;
   }
+  double rms_sigma() const { return std::sqrt(squares / count); }
 };
 
 /// One receiver's.
@@ -144,8 +147,8 @@ void expect_true_sigmas(const GainedErrors& errors, const std::string& what) {
   }
   EXPECT_LT(largest, 5) << what;
   EXPECT_LE(std::abs(square_sum / count - 1), kBand * std::sqrt(2 / pairs)) << what;
-  fmt::print("{}, mean square {:.3f}, largest {:.2f}, largest sigma {:.2f} ms\n", line, square_sum / count, largest,
-             1e3 * errors.largest_sigma);
+  fmt::print("{}, mean square {:.3f}, largest {:.2f}, sigma {:.2f} ms rms, {:.2f} at most\n", line, square_sum / count,
+             largest, 1e3 * errors.rms_sigma(), 1e3 * errors.largest_sigma);
 }
 
 TEST_F(Skiers, GainedTimesAreAsSureAsTheySay) {
@@ -164,7 +167,8 @@ TEST_F(Skiers, GainedTimesAreAsSureAsTheySay) {
   }
   EXPECT_LE(shown_[0].gates.largest_sigma, 1e-3);
   EXPECT_LE(shown_[0].along.largest_sigma, 1e-3);
-  EXPECT_LE(shown_[1].gates.largest_sigma, 26e-3);  // of the last gate: it grows with the time since the first
+  EXPECT_LE(shown_[1].gates.rms_sigma(), 25e-3);
+  EXPECT_LE(shown_[1].gates.largest_sigma, 27e-3);  // of the last gate: it grows with the time since the first
   EXPECT_LE(shown_[1].sections.largest_sigma, 6e-3);
   // What the covariance between epochs is for: a slow error of the receiver is alike at both.
   EXPECT_LT(shown_[1].gates.largest_sigma, shown_[1].independent / 1.5);
