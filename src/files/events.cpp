@@ -34,7 +34,11 @@ std::string found_text(const std::string& file, const MarkDelay& found, std::siz
 }
 
 void write_if_any(OutputFolder& output, const std::string& name, bool any, const std::string& text) {
-  any ? output.write(name, text) : output.withdraw(name);
+  if (any) {
+    output.write(name, text);
+  } else {
+    output.withdraw(name);
+  }
 }
 
 }  // namespace
