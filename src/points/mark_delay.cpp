@@ -67,10 +67,12 @@ std::vector<bool> near_others(const std::vector<Vector3d>& residual) {
   constexpr double kSpreads = 3;
   const Vector3d middle = median_by_axis(residual);
   std::vector<double> size;
+  size.reserve(residual.size());
   for (const Vector3d& r : residual) size.push_back((r - middle).norm());
   // The median length of three equal components is 1.54 of their sigmas.
   const double spread = median(size) / std::sqrt(chi_squared_quantile(0.5, 3));
   std::vector<bool> near;
+  near.reserve(size.size());
   for (const double s : size) near.push_back(s <= kSpreads * std::sqrt(3.0) * spread);
   return near;
 }
@@ -95,8 +97,8 @@ MarkDelay find_mark_delay(const Replay& run, const std::vector<Mark>& marks, con
       if (!mark.place) continue;
       const auto [place, velocity] = path.at(mark.time + found.delay);
       const Matrix3d R_nw = world.rotation_wn(place).transpose();
-      fit.residual.push_back(R_nw * (world.from_geodetic(*mark.place) - place));
-      fit.velocity.push_back(R_nw * velocity);
+      fit.residual.emplace_back(R_nw * (world.from_geodetic(*mark.place) - place));
+      fit.velocity.emplace_back(R_nw * velocity);
     }
     if (step > 0) used = near_others(fit.residual);
     const Vector3d about = mean_of(fit.velocity, used), middle = mean_of(fit.residual, used);
