@@ -55,9 +55,9 @@ void write_events(OutputFolder& output, const Replay& run, const ReplayConfig& c
     const std::vector<Mark> marks = marks_of(source, week, run.log.imu.front().time);
     double delay = source.delay;
     if (source.find_delay) {
-      const MarkDelay likeliest = find_mark_delay(run, marks, point, source.marks.file);
-      found.push_back(found_text(source.marks.file, likeliest, marks.size()));
-      delay = likeliest.delay;
+      const MarkDelay estimated = find_mark_delay(run, marks, point, source.marks.file);
+      found.push_back(found_text(source.marks.file, estimated, marks.size()));
+      delay = estimated.delay;
     }
     std::vector<double> times;
     times.reserve(marks.size());

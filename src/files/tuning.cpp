@@ -120,28 +120,24 @@ std::string tune_json(const Tuning& tuning) {
                                              {"error", json::number(s.error, 2)},
                                              {"innovations", fmt::format("{}", s.innovations)}}));
   }
-  const bool kept = tuning.drift_gain && *tuning.drift_gain > tuning.drift_penalty;
-  return json::object(
-             {{"piste", json::string(version())},
-              {"noises", json::object(noises, 1)},
-              {"at_rest", at_rest_json(tuning)},
-              {"log_likelihood", json::object({{"start", json::number(tuning.likelihood_at_start)},
-                                               {"found", json::number(tuning.likelihood)},
-                                               {"rows", fmt::format("{}", tuning.rows)},
-                                               {"filter_runs", fmt::format("{}", tuning.filter_runs)}})},
-              {"coloured_gnss_error", tuning.drift_gain
-                                          ? json::object({{"gain", json::number(*tuning.drift_gain, 6)},
-                                                          {"penalty", json::number(tuning.drift_penalty, 6)},
-                                                          {"kept", json::boolean(kept)}})
-                                          : "null"},
-              {"kinds_of_gnss_fixes",
-               tuning.kinds_gain ? json::object({{"gain", json::number(*tuning.kinds_gain, 6)},
-                                                 {"penalty", json::number(tuning.kinds_penalty, 6)},
-                                                 {"kept", json::boolean(*tuning.kinds_gain > tuning.kinds_penalty)}})
-                                 : "null"},
-              {"held_out_s", json::number(tuning.held_out)},
-              {"nis", json::object(nis, 1)}},
-             0) +
+  const auto gain = [](const std::optional<double>& gained, double penalty) {
+    if (!gained) return std::string("null");
+    return json::object({{"gain", json::number(*gained, 6)},
+                         {"penalty", json::number(penalty, 6)},
+                         {"kept", json::boolean(*gained > penalty)}});
+  };
+  return json::object({{"piste", json::string(version())},
+                       {"noises", json::object(noises, 1)},
+                       {"at_rest", at_rest_json(tuning)},
+                       {"log_likelihood", json::object({{"start", json::number(tuning.likelihood_at_start)},
+                                                        {"found", json::number(tuning.likelihood)},
+                                                        {"rows", fmt::format("{}", tuning.rows)},
+                                                        {"filter_runs", fmt::format("{}", tuning.filter_runs)}})},
+                       {"coloured_gnss_error", gain(tuning.drift_gain, tuning.drift_penalty)},
+                       {"kinds_of_gnss_fixes", gain(tuning.kinds_gain, tuning.kinds_penalty)},
+                       {"held_out_s", json::number(tuning.held_out)},
+                       {"nis", json::object(nis, 1)}},
+                      0) +
          '\n';
 }
 

@@ -19,8 +19,8 @@ struct MarkDelay {
 };
 
 /// Fits place = p(t + delay) + offset + e by least squares, p being the track of the point, in Gauss-Newton steps:
-/// p(t + d + δ) ≈ p(t + d) + v δ. Marks that lie more than three spreads (1.4826 times the median magnitude) beside
-/// the others are left out. Errors e of neighbouring marks may be correlated, as those of a track are: the sigma is
+/// p(t + d + δ) ≈ p(t + d) + v δ. Marks that lie more than three spreads (1.4826 times the median magnitude) from
+/// the others are left out. Errors e of neighbouring marks may be correlated, as errors of a track are: the sigma is
 /// that of the mean of a series (standard_error_of_series). `marks`: with places, at their instants without a delay.
 /// Throws DataError, naming `file`: fewer than five marks, a body that does not move, a mark outside of the run, or
 /// steps that do not end within ten seconds of the marks.

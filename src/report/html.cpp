@@ -251,7 +251,7 @@ std::string reliance(const ReplayReport& report) {
         "about the track as they say{}.</p>\n",
         verdict.slow_part ? fmt::format(". {}", escape_markup(kInnovationsCannotTell)) : "");
   }
-  const bool cautious = verdict_line(verdict).starts_with(kTooLarge);
+  const bool cautious = has_too_large_sigmas(verdict);
   return fmt::format(
       "<p class=\"{}\"><strong>{}: {}.</strong> Correct this cause, or run <code>tune</code>, and replay again.</p>\n",
       cautious ? "cautious" : "bad",

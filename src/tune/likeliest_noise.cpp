@@ -256,34 +256,27 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
   const double positions = rows_of(found.best.evidence, "gnss[0].position");
   const bool stated = std::any_of(centre.gnss.begin(), centre.gnss.end(), [](const auto& g) { return g.drift > 0; });
   const bool is_white = !centre.gnss.empty() && centre.gnss.front().is_white;  // by the user's word
+  // The gain of the likeliest of these models, which becomes the one that was found if it is above the penalty.
+  const auto gain_of = [&](const std::vector<NoiseModel>& models, double penalty) {
+    const double before = search.filtered(log_judged, found.best.model).evidence.likelihood;
+    const std::vector<NoisePoint> coarse = search.filtered(log_judged, models);
+    const NoisePoint& first = likeliest(coarse);
+    const double rough = first.evidence.likelihood - before;
+    if (!(rough > 0)) return rough;
+    NoiseFound better = search.climb(first.model);
+    const double gain = search.filtered(log_judged, better.best.model).evidence.likelihood - before;
+    if (gain > penalty) {
+      found = std::move(better);
+      log_judged = search.judged(found.best.model);
+    }
+    return gain;
+  };
   if (how.try_drift && !stated && !is_white && positions > 0) {
     tuning.drift_penalty = std::log(positions);  // two parameters
-    const NoisePoint white = search.filtered(log_judged, found.best.model);
-    const std::vector<NoisePoint> coarse = search.filtered(log_judged, with_drifts(found.best.model));
-    const NoisePoint& first = likeliest(coarse);
-    tuning.drift_gain = first.evidence.likelihood - white.evidence.likelihood;
-    if (*tuning.drift_gain > 0) {
-      NoiseFound coloured = search.climb(first.model);
-      tuning.drift_gain =
-          search.filtered(log_judged, coloured.best.model).evidence.likelihood - white.evidence.likelihood;
-      if (*tuning.drift_gain > tuning.drift_penalty) {
-        found = std::move(coloured);
-        log_judged = search.judged(found.best.model);
-      }
-    }
-  }
-  if (how.try_drift && !stated && !is_white && positions > 0 && has_kinds(log.gnss.front())) {
-    tuning.kinds_penalty = (found.best.model.gnss.front().drift > 0 ? 0.5 : 1.5) * std::log(positions);
-    const double alike = search.filtered(log_judged, found.best.model).evidence.likelihood;
-    const std::vector<NoisePoint> coarse = search.filtered(log_judged, with_kinds(found.best.model, log.gnss.front()));
-    tuning.kinds_gain = likeliest(coarse).evidence.likelihood - alike;
-    if (*tuning.kinds_gain > 0) {
-      NoiseFound apart = search.climb(likeliest(coarse).model);
-      tuning.kinds_gain = search.filtered(log_judged, apart.best.model).evidence.likelihood - alike;
-      if (*tuning.kinds_gain > tuning.kinds_penalty) {
-        found = std::move(apart);
-        log_judged = search.judged(found.best.model);
-      }
+    tuning.drift_gain = gain_of(with_drifts(found.best.model), tuning.drift_penalty);
+    if (has_kinds(log.gnss.front())) {
+      tuning.kinds_penalty = (found.best.model.gnss.front().drift > 0 ? 0.5 : 1.5) * std::log(positions);
+      tuning.kinds_gain = gain_of(with_kinds(found.best.model, log.gnss.front()), tuning.kinds_penalty);
     }
   }
   if (!found.best.model.gnss.empty()) {

@@ -114,20 +114,25 @@ TEST(Html, TellsEverythingInOneSmallFile) {
   if (const char* file = std::getenv("PISTE_SHOW")) std::ofstream(file) << page;
 }
 
-TEST(Html, AnUncertainVerdictNamesWhatDecided) {
+// The page of a run with this verdict.
+std::string page_of(const Verdict& verdict) {
   const auto run = test::synthetic_run(20);
+  return html_report({.title = "run",
+                      .version = "1",
+                      .config_text = "",
+                      .log = &run.log,
+                      .filtered = &run.filtered,
+                      .verdict = &verdict});
+}
+
+TEST(Html, AnUncertainVerdictNamesWhatDecided) {
   Verdict verdict;
   verdict.consistent = false;
   verdict.factor = 1.3;
   verdict.sources = {
       {.name = "gnss[0].position", .fixes = 100, .nis = 1.68, .holds = false, .reasons = {"too <large>"}}};
   verdict.jumps = {{"gyro_scale y", -19.4}};
-  const std::string page = html_report({.title = "run",
-                                        .version = "1",
-                                        .config_text = "",
-                                        .log = &run.log,
-                                        .filtered = &run.filtered,
-                                        .verdict = &verdict});
+  const std::string page = page_of(verdict);
   for (const char* part :
        {"Do not rely on the stated accuracy: sigmas are too small by 1.3", "gnss[0].position: too &lt;large&gt;",
         "gyro_scale y is 19.4 sigmas from its prior; up to 4.5 may be"}) {
@@ -136,16 +141,10 @@ TEST(Html, AnUncertainVerdictNamesWhatDecided) {
 }
 
 TEST(Html, SigmasThatAreTooLargeAreNoReasonToDistrust) {
-  const auto run = test::synthetic_run(20);
   Verdict verdict;
   verdict.consistent = false;
   verdict.factor = 0.7;
-  const std::string page = html_report({.title = "run",
-                                        .version = "1",
-                                        .config_text = "",
-                                        .log = &run.log,
-                                        .filtered = &run.filtered,
-                                        .verdict = &verdict});
+  const std::string page = page_of(verdict);
   EXPECT_NE(page.find("The accuracy is better than it is stated, as far as measurements tell: sigmas are too large by "
                       "1.4."),
             std::string::npos);

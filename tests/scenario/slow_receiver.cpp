@@ -98,6 +98,16 @@ struct Both {
   Errors filtered, smoothed;
 };
 
+// What inspect writes from the logs alone.
+ReplayConfig inspected_config(const TemporaryFolder& folder, const Case& c) {
+  Inspection found = inspect({folder.write("samples.csv", imu_csv(c.simulation.imus[0].recording)),
+                              folder.write("rtk.csv", gnss_csv(c.simulation.gnss[0]))});
+  OutputFolder output(folder / "found");
+  write_inspection(output, found);
+  output.commit();
+  return read_replay_config(folder / "found/replay.yaml");
+}
+
 class SlowReceivers : public ::testing::TestWithParam<SlowReceiver> {
  protected:
   // Replays a configuration; whether its verdict says that sigmas are too large counts.
@@ -147,12 +157,7 @@ TEST_P(SlowReceivers, SigmasHoldWithNoHands) {
       s.motion.run = 150;
     });
     const TemporaryFolder folder;
-    Inspection found = inspect({folder.write("imu.csv", imu_csv(c.simulation.imus[0].recording)),
-                                folder.write("gnss.csv", gnss_csv(c.simulation.gnss[0]))});
-    OutputFolder output(folder / "found");
-    write_inspection(output, found);
-    output.commit();
-    const ReplayConfig config = read_replay_config(folder / "found/replay.yaml");
+    const ReplayConfig config = inspected_config(folder, c);
     ASSERT_EQ(config.filter.gnss.size(), 1U);
     EXPECT_GE(config.gnss[0].sigma_scales.position, 0.999) << k;
     run(config, c, inspected);
@@ -210,12 +215,7 @@ TEST(FloatBetweenFixed, IsToldByInspect) {
       fix.sigma_position.setConstant(kStated);
     }
     const TemporaryFolder folder;
-    Inspection found = inspect({folder.write("samples.csv", imu_csv(c.simulation.imus[0].recording)),
-                                folder.write("rtk.csv", gnss_csv(c.simulation.gnss[0]))});
-    OutputFolder output(folder / "found");
-    write_inspection(output, found);
-    output.commit();
-    const ReplayConfig config = read_replay_config(folder / "found/replay.yaml");
+    const ReplayConfig config = inspected_config(folder, c);
     ASSERT_TRUE(config.filter.gnss[0].drift.has_value()) << k;
     EXPECT_LT(config.filter.gnss[0].drift->most_white, 0.3) << k;
     const Replay replayed = replay(config);

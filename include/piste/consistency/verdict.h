@@ -124,8 +124,8 @@ class SmoothedResiduals {
 Verdict judge(const Log& log, const FilterOptions& options, const Solution& filtered, const Solution* smoothed,
               const std::vector<double>& residuals = {});
 
-/// How verdict_line() begins where the errors are smaller than their sigmas.
-inline constexpr std::string_view kTooLarge = "sigmas are too large";
+/// Whether the errors are smaller than their sigmas by so much that verdict_line() says so.
+bool has_too_large_sigmas(const Verdict& verdict);
 
 /// The verdict in one line: `sigmas hold`, or the fault and the first finding.
 std::string verdict_line(const Verdict& verdict);
