@@ -4,16 +4,16 @@
 
 #include <algorithm>
 
-#include "diagnosis/granting.h"
+#include "diagnosis/cause_support.h"
 #include "math/words.h"
 #include "piste/consistency/verdict.h"
 
 namespace piste {
 namespace {
 
-// What is granted: 1-sigma of a constant that the run may find, however wrong the file was.
+// Priors of a tested constant, 1-sigma: wide enough for a configuration that is far off.
 constexpr double kArm = 3, kLate = 0.5, kAttitudeLate = 0.3;  // m, s
-constexpr double kLooser = 10;                                // times what the run was told
+constexpr double kLooser = 10;                                // times the configured prior
 constexpr double kGyroScale = 0.05, kAccelScale = 0.05, kGyroBias = 0.05, kAccelBias = 0.5;  // at least; SI
 
 std::string with_sigma(const Evidence& found, Block block) {
@@ -25,20 +25,20 @@ std::string with_sigma(const Evidence& found, Block block) {
   return fmt::format("{}± {} {}", text, rounded(sigma, sigma), row.unit);
 }
 
-// Whether the run was told a value and a prior which allow what has been found: then these are not wrong.
-bool allows(const FilterOptions& told, Block block, const Evidence& found) {
+// Whether the configured value and prior are consistent with the estimate. Then they are no cause.
+bool allows(const FilterOptions& options, Block block, const Evidence& found) {
   constexpr double kLikely = 2;  // 1-sigmas of the prior
   const BlockInfo& row = info(block);
-  if (!told.estimates(block) || row.prior == nullptr) return false;
-  const BlockValues change = (shown_value(found.last, block) - stated_value(told, block)).cwiseAbs(),
-                    prior = row.prior(told);
+  if (!options.estimates(block) || row.prior == nullptr) return false;
+  const BlockValues change = (shown_value(found.last, block) - stated_value(options, block)).cwiseAbs(),
+                    prior = row.prior(options);
   return (change.head(row.size).array() < kLikely * prior.head(row.size).array()).all();
 }
 
 // A delay that no receiver has is an offset of the clocks.
-std::string described(const std::string& name, Block block, const FilterOptions& told, const Evidence& found) {
+std::string described(const std::string& name, Block block, const FilterOptions& options, const Evidence& found) {
   constexpr double kLatest = 0.5;  // s
-  const double later = shown_value(found.last, block).x() - stated_value(told, block).x();
+  const double later = shown_value(found.last, block).x() - stated_value(options, block).x();
   if (block == Block::kGnssDelay && std::abs(later) > kLatest) {
     return fmt::format("offset of the IMU's clock ({:+.3f} s more than the file's), or delay of the fixes", -later);
   }
@@ -86,15 +86,15 @@ Change stating(Block block, const Evidence& found) {
 
 template <class Widen>
 Cause constant(Block block, const std::string& name, Widen&& widen) {
-  return [=](const Told& told, const Evidence& base, double end) {
-    FilterOptions options = told.options;
+  return [=](const FilterInput& input, const Evidence& base, double end) {
+    FilterOptions options = input.options;
     want(options, block);
-    widen(options, told.options.estimates(block));
-    const Evidence found = filter_again(told.log, options, told.start, end);
-    if (allows(told.options, block, found)) return Granted{};
+    widen(options, input.options.estimates(block));
+    const Evidence found = filter_again(input.log, options, input.start, end);
+    if (allows(input.options, block, found)) return TestedCause{};
     const bool soon_found = block == Block::kGyroBias || block == Block::kAccelBias;
     const double gain = soon_found ? gained(found, base) : lasting_gain(found, base);
-    return Granted{gain, described(name, block, told.options, found), stating(block, found)};
+    return TestedCause{gain, described(name, block, input.options, found), stating(block, found)};
   };
 }
 
@@ -116,25 +116,25 @@ Cause loose_imu(Block block, const std::string& name, TriadErrors ImuSensor::*tr
 
 Cause free_arm() { return loose(Block::kLeverArm, "lever arm", &Priors::lever_arm, kArm); }
 
-// An arm beyond anything that is carried, as with a wrong unit: the run as if nothing were told of it.
+// A lever arm longer than any that is carried, as with a wrong unit: it is tested as if none were configured.
 Cause no_arm(const InitialHeading& heading) {
-  return [heading](const Told& told, const Evidence& base, double end) {
-    Told changed = told;
+  return [heading](const FilterInput& input, const Evidence& base, double end) {
+    FilterInput changed = input;
     changed.options.gnss.front().lever_arm.setZero();
-    if (!start_anew(changed, heading)) return Granted{};
+    if (!start_anew(changed, heading)) return TestedCause{};
     return free_arm()(changed, base, end);
   };
 }
 
 }  // namespace
 
-std::vector<Cause> constant_causes(const Told& told, const InitialHeading& heading) {
+std::vector<Cause> constant_causes(const FilterInput& input, const InitialHeading& heading) {
   std::vector<Cause> causes;
-  const FilterOptions& options = told.options;
+  const FilterOptions& options = input.options;
   if (some_positions(options)) {
     causes.push_back(
         loose(Block::kGnssDelay, "delay of the fixes, or offset of the clock", &Priors::gnss_delay, kWideClock));
-    if (has_velocities(told, 0))
+    if (has_velocities(input, 0))
       causes.push_back(loose(Block::kVelocityDelay, "delay of the velocities", &Priors::velocity_delay, kLate));
   }
   if (!options.attitude.empty())

@@ -12,9 +12,9 @@
 
 #include "core/recording.h"
 #include "core/time_search.h"
+#include "diagnosis/cause_support.h"
 #include "diagnosis/causes.h"
 #include "diagnosis/doubts.h"
-#include "diagnosis/granting.h"
 #include "diagnosis/imu_motion.h"
 #include "filter/feeder.h"
 #include "piste/filter/initial_state.h"
@@ -29,7 +29,7 @@ namespace {
 
 constexpr double kLongest = 150;  // s of motion that are filtered again
 constexpr double kLikelier = 15;  // of the log-likelihood, for a cause to be one: by chance it gains a few
-constexpr double kBesides = 0.2;  // of the best gain, for a further one to be named
+constexpr double kFurther = 0.2;  // of the best gain, for a further one to be named
 constexpr std::size_t kNamed = 4;
 
 // Where the first rest ends.
@@ -44,8 +44,8 @@ Log first_part(const Log& log, double end) {
   });
 }
 
-// Where the causes are tried from: the start, or the last minute of a long first rest, which each of them would filter
-// anew. Of the start the navigation alone: every cause has its own blocks beside.
+// The state from which the causes are tested: the start, or the last minute of a long first rest, which each of them
+// would filter again. It holds the navigation states alone, as every cause adds its own blocks.
 Start tried_from(const Log& log, const FilterOptions& options, const Start& start, double departs) {
   constexpr double kRest = 60;  // s
   Start from = start;
@@ -59,10 +59,10 @@ Start tried_from(const Log& log, const FilterOptions& options, const Start& star
   return from;
 }
 
-// Values are searched for by likelihoods, which must not leap: with the delays as the run without a cause told them.
-Told with_held_delays(const Told& told, const Evidence& base) {
-  if (!estimates_delays(told.options) || base.rows == 0) return told;
-  return {told.log, holding_delays(told.options), with_delays(told.start, base.last)};
+// Holds the delays at the estimates of the run without a cause. A search by likelihoods needs a smooth function.
+FilterInput with_held_delays(const FilterInput& input, const Evidence& base) {
+  if (!estimates_delays(input.options) || base.rows == 0) return input;
+  return {input.log, holding_delays(input.options), with_delays(input.start, base.last)};
 }
 
 // What is wrong, in words, where no cause is known for it.
@@ -88,10 +88,10 @@ std::string symptoms(const Verdict& verdict, const std::vector<GnssOptions>& rec
   return fmt::format("{} is {:.1f} sigmas from its prior", jump.name, jump.sigmas);
 }
 
-// What causes are tried with, and where the motion ends in which they are: the first minutes. `thin`: with
+// The input with which causes are tested, and the end of the first minutes of motion, in which they are. `thin`: with
 // sums of samples.
 struct Trial {
-  Told told;
+  FilterInput input;
   double end;
 };
 
@@ -104,14 +104,14 @@ Trial trial_of(const Log& log, const FilterOptions& options, const FoundStart& f
 
 // A run before noise was made to fit its innovations: the receiver's sigmas without these factors, the IMU as noisy as
 // it is at rest, and a clock that is not known, as wrong noise finds a wrong one.
-Told as_first_told(Told told, std::size_t receiver, const SigmaScales& scales) {
-  scale_sigmas(told.log.gnss[receiver], {1 / scales.position, 1 / scales.height, 1 / scales.velocity});
-  const WhiteNoise rest = white_noise_range(told.log).least;
-  ImuSensor& sensor = told.options.sensor;
+FilterInput before_fitted_noise(FilterInput input, std::size_t receiver, const SigmaScales& scales) {
+  scale_sigmas(input.log.gnss[receiver], {1 / scales.position, 1 / scales.height, 1 / scales.velocity});
+  const WhiteNoise rest = white_noise_range(input.log).least;
+  ImuSensor& sensor = input.options.sensor;
   if (rest.gyro > 0) sensor.gyro.noise = std::min(sensor.gyro.noise, rest.gyro);
   if (rest.accel > 0) sensor.accel.noise = std::min(sensor.accel.noise, rest.accel);
-  if (told.options.estimates(Block::kGnssDelay)) told.options.priors.gnss_delay = kWideClock;
-  return told;
+  if (input.options.estimates(Block::kGnssDelay)) input.options.priors.gnss_delay = kWideClock;
+  return input;
 }
 
 }  // namespace
@@ -119,14 +119,15 @@ Told as_first_told(Told told, std::size_t receiver, const SigmaScales& scales) {
 std::optional<std::string> find_sway(const Log& log, const FilterOptions& options, const FoundStart& found,
                                      const std::vector<SigmaScales>& scales) {
   // With all samples: a trembling antenna is as fast as they are.
-  const auto [told, end] = trial_of(log, options, found, false);
-  const Told held = with_held_delays(told, filter_again(told.log, told.options, told.start, end));
+  const auto [input, end] = trial_of(log, options, found, false);
+  const FilterInput held = with_held_delays(input, filter_again(input.log, input.options, input.start, end));
   const Evidence base = filter_again(held.log, held.options, held.start, end);
-  Granted best{};
+  TestedCause best{};
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     if (!may_sway(options, i)) continue;
-    for (const Told& from : {held, as_first_told(told, i, i < scales.size() ? scales[i] : SigmaScales{})}) {
-      if (Granted granted = swaying_antenna(i)(from, base, end); granted.gain > best.gain) best = std::move(granted);
+    for (const FilterInput& from :
+         {held, before_fitted_noise(input, i, i < scales.size() ? scales[i] : SigmaScales{})}) {
+      if (TestedCause tested = swaying_antenna(i)(from, base, end); tested.gain > best.gain) best = std::move(tested);
     }
   }
   if (best.gain < kLikelier) return std::nullopt;
@@ -151,39 +152,39 @@ Diagnosis diagnosed(const Log& log, const FilterOptions& options, const InitialH
   add_heading_jump(heading, filtered, smoothed, verdict);
   if (!doubtful(verdict, log, filtered)) return diagnosis;
   const Trial trial = trial_of(log, options, found, true);
-  const Told& told = trial.told;
+  const FilterInput& input = trial.input;
   const double end = trial.end;
-  const Evidence base = filter_again(told.log, told.options, told.start, end);
-  const Told held = with_held_delays(told, base);
+  const Evidence base = filter_again(input.log, input.options, input.start, end);
+  const FilterInput held = with_held_delays(input, base);
   const Evidence held_base =
-      estimates_delays(told.options) ? filter_again(held.log, held.options, held.start, end) : base;
+      estimates_delays(input.options) ? filter_again(held.log, held.options, held.start, end) : base;
   const std::vector<Cause> searched = searched_causes(held);
-  std::vector<Cause> others = constant_causes(told, heading);
+  std::vector<Cause> others = constant_causes(input, heading);
   const auto add = [&](std::vector<Cause> more) { std::ranges::move(more, std::back_inserter(others)); };
-  add(clock_causes(told));
-  add(heading_causes(told, heading));
-  if (far_off(verdict)) add(motion_causes(told, heading));
+  add(clock_causes(input));
+  add(heading_causes(input, heading));
+  if (far_off(verdict)) add(motion_causes(input, heading));
   const std::size_t all = searched.size() + others.size();
   std::size_t tried = 0;
-  std::vector<Granted>& likelier = diagnosis.causes;
-  const auto attempt = [&](const std::vector<Cause>& causes, const Told& from, const Evidence& without) {
+  std::vector<TestedCause>& likelier = diagnosis.causes;
+  const auto attempt = [&](const std::vector<Cause>& causes, const FilterInput& from, const Evidence& without) {
     for (const Cause& cause : causes) {
       if (progress) progress(static_cast<double>(tried++) / static_cast<double>(all));
-      Granted granted = cause(from, without, end);
-      if (granted.gain > kLikelier) likelier.push_back(std::move(granted));
+      TestedCause tested = cause(from, without, end);
+      if (tested.gain > kLikelier) likelier.push_back(std::move(tested));
     }
   };
   attempt(searched, held, held_base);
-  attempt(others, told, base);
+  attempt(others, input, base);
   std::stable_sort(likelier.begin(), likelier.end(),
-                   [](const Granted& a, const Granted& b) { return a.gain > b.gain; });
+                   [](const TestedCause& a, const TestedCause& b) { return a.gain > b.gain; });
   if (auto biases = biases_left_out(verdict, options)) verdict.findings.push_back(std::move(*biases));
   for (std::string& line : imu_motion_lines(log, options.imus)) verdict.findings.push_back(std::move(line));
   if (auto magnetometer = iron_that_is_none(verdict)) verdict.findings.push_back(std::move(*magnetometer));
-  for (const Granted& granted : likelier) {
-    if (verdict.findings.size() == kNamed || granted.gain < kBesides * likelier.front().gain) break;
-    verdict.findings.push_back(granted.text);
-    verdict.slow_part = verdict.slow_part || granted.text.starts_with("slow error of gnss");
+  for (const TestedCause& tested : likelier) {
+    if (verdict.findings.size() == kNamed || tested.gain < kFurther * likelier.front().gain) break;
+    verdict.findings.push_back(tested.text);
+    verdict.slow_part = verdict.slow_part || tested.text.starts_with("slow error of gnss");
   }
   if (!verdict.findings.empty()) {
     verdict.consistent = false;

@@ -28,7 +28,7 @@ bool suspicious(const Verdict& verdict) {
 // Whether wheels, barometer or antennas contradict the rest by more than their sigmas say. The verdict does not judge
 // them, but their sigmas may be the cause.
 bool aids_doubtful(const Log& log, const Solution& filtered) {
-  constexpr double kTooFar = 1.5, kTooMany = 0.2;  // NIS of a row; share of what is left out
+  constexpr double kTooFar = 1.5, kTooMany = 0.2;  // NIS of a row; share of rows left out
   constexpr std::size_t kFewest = 30;
   const UnderWay fixes(log, filtered.sources, filtered.time(0)),
       measured(log, filtered.sources, filtered.time(0), LookedAt::kMeasured);
@@ -68,18 +68,18 @@ bool far_off(const Verdict& verdict) {
 
 void add_heading_jump(const InitialHeading& heading, const Solution& filtered, const Solution* smoothed,
                       Verdict& verdict) {
-  constexpr double kWellKnown = 0.7;  // of the sigma that was told
+  constexpr double kWellKnown = 0.7;  // of the initial sigma
   using Source = InitialHeading::Source;
   if (heading.source != Source::kValue && heading.source != Source::kMagnetometer) return;
   if (smoothed == nullptr || smoothed->empty()) return;
-  const double told = filtered.sigmas(0).euler.z(), known = smoothed->sigmas(0).euler.z();
-  if (!(known < kWellKnown * told)) return;
+  const double initial = filtered.sigmas(0).euler.z(), known = smoothed->sigmas(0).euler.z();
+  if (!(known < kWellKnown * initial)) return;
   const auto heading_of = [](const Solution& s) {
     const Estimate x = s.estimate(0);
     return to_euler(Matrix3d(s.world().rotation_wn(x.p_wb).transpose() * x.R_wb())).z();
   };
   const double change = std::remainder(heading_of(*smoothed) - heading_of(filtered), 2 * std::numbers::pi);
-  const PriorJump jump{"initial heading", change / std::sqrt(square(told) - square(known))};
+  const PriorJump jump{"initial heading", change / std::sqrt(square(initial) - square(known))};
   const auto smaller = [&](const PriorJump& j) { return std::abs(j.sigmas) < std::abs(jump.sigmas); };
   verdict.jumps.insert(std::ranges::find_if(verdict.jumps, smaller), jump);
   if (std::abs(jump.sigmas) > kFarFromPrior) verdict.consistent = false;

@@ -17,9 +17,9 @@ bool doubtful(const Verdict& verdict, const Log& log, const Solution& filtered);
 /// Whether the sigmas are so wrong that it may be the axes.
 bool far_off(const Verdict& verdict);
 
-/// Adds to the jumps of the verdict by how much the heading that was told for the start, if one was, leaves what the
-/// whole run says of it, in sigmas as for every constant. The fixes may follow a wrong heading within seconds, and the
-/// verdict does not look at the first of them. @pre `filtered` has rows.
+/// Adds a jump to the verdict: the difference of the configured initial heading, if there is one, from that of the
+/// whole run, in sigmas as for every constant. The filter may correct a wrong heading within seconds, and the verdict
+/// does not look at the first fixes. @pre `filtered` has rows.
 void add_heading_jump(const InitialHeading& heading, const Solution& filtered, const Solution* smoothed,
                       Verdict& verdict);
 

@@ -86,7 +86,7 @@ std::optional<std::string> contradiction(const ImuOutputs& rates, std::size_t un
         "its units and its axes",
         name, plain(std::sqrt(found.left / found.power), 2));
   }
-  // A rotation that the motion does not tell, as about the only axis of a turn, counts for none.
+  // A rotation that the motion does not determine counts as zero, such as one about the only axis of a turn.
   Vector3d off = found.by.axes.transpose() * so3_log(Quaterniond(found.by.R));
   for (int k = 0; k < 3; ++k) {
     const double information = found.by.information()(k);
@@ -104,7 +104,7 @@ std::optional<std::string> misplacement(const ImuOutputs& forces, std::size_t un
   const auto offset = imu_offset(forces, unit);
   if (!offset || offset->value.norm() < kMisplaced) return std::nullopt;
   if ((offset->value.array().abs() < kBeyondDoubt * offset->sigma.array()).all()) return std::nullopt;
-  return fmt::format("sits some {} m from where its `lever_arm` puts it beside IMU {}; measure it, or say `auto`",
+  return fmt::format("sits some {} m from where its `lever_arm` puts it relative to IMU {}; measure it, or say `auto`",
                      plain(offset->value.norm(), 1), name);
 }
 

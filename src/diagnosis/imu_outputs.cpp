@@ -12,7 +12,7 @@ ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, Triad
   const auto parity_of = [gyro](const ParityFix& fix) -> const std::optional<Parity>& {
     return gyro ? fix.gyro : fix.accel;
   };
-  // Mean and parities as they are made of the IMUs, and back.
+  // The matrix that combines the IMUs into their mean and parities, and its inverse.
   const auto count = static_cast<Eigen::Index>(imus.size());
   const ImuVector noise = imu_noise(imus, triad);
   Eigen::MatrixXd made(count, count);
@@ -24,15 +24,15 @@ ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, Triad
   found.of_units.assign(imus.size(), Outputs(3, static_cast<Eigen::Index>(windows.size())));
   std::vector<double> durations;
   for (std::size_t w = 0; w < windows.size(); ++w) {
-    Eigen::MatrixXd told(count, 3);
-    told.row(0) = (gyro ? windows[w].rate : windows[w].force).transpose();
+    Eigen::MatrixXd combined(count, 3);
+    combined.row(0) = (gyro ? windows[w].rate : windows[w].force).transpose();
     bool whole = true;
     for (std::size_t p = 0; p < log.parity.size() && whole; ++p) {
       whole = w < log.parity[p].size() && parity_of(log.parity[p][w]).has_value();
-      if (whole) told.row(static_cast<Eigen::Index>(p) + 1) = parity_of(log.parity[p][w])->value.transpose();
+      if (whole) combined.row(static_cast<Eigen::Index>(p) + 1) = parity_of(log.parity[p][w])->value.transpose();
     }
     if (!whole) continue;
-    const Eigen::MatrixXd own = back * told;
+    const Eigen::MatrixXd own = back * combined;
     const auto column = static_cast<Eigen::Index>(found.time.size());
     for (std::size_t i = 0; i < imus.size(); ++i)
       found.of_units[i].col(column) = own.row(static_cast<Eigen::Index>(i)).transpose();

@@ -28,7 +28,7 @@ std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t unit) 
     return rows;
   };
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kColumns, kColumns);
-  Eigen::VectorXd told = Eigen::VectorXd::Zero(kColumns);
+  Eigen::VectorXd projected = Eigen::VectorXd::Zero(kColumns);
   double squares = 0;
   Eigen::Index means = 0;
   int summed = 0;
@@ -42,7 +42,7 @@ std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t unit) 
     apart_sum += (own.col(column) - first.col(column)) / kTogether;
     if (++summed < kTogether) continue;
     information += rows_sum.transpose() * rows_sum;
-    told += rows_sum.transpose() * apart_sum;
+    projected += rows_sum.transpose() * apart_sum;
     squares += apart_sum.squaredNorm();
     ++means;
     summed = 0;
@@ -50,8 +50,8 @@ std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t unit) 
     apart_sum.setZero();
   }
   if (means < kFewestMeans) return std::nullopt;
-  const Eigen::VectorXd found = solve_symmetric(information, told);
-  const double left = std::max(0.0, squares - found.dot(told)) / static_cast<double>(3 * means - kColumns);
+  const Eigen::VectorXd found = solve_symmetric(information, projected);
+  const double left = std::max(0.0, squares - found.dot(projected)) / static_cast<double>(3 * means - kColumns);
   const Eigen::VectorXd variance = left * inverse(information).diagonal();
   return ImuOffset{found.segment<3>(kPlace), variance.segment<3>(kPlace).cwiseSqrt()};
 }

@@ -37,12 +37,12 @@ bool at_rest(const Log& log, double time) {
   return std::ranges::any_of(log.rest, [&](const Interval& rest) { return rest.contains(time); });
 }
 
-// The speed that a wheel told, over that of the run; nothing at a walk.
+// The ratio of the odometer's speed to that of the run; nothing at a walk.
 std::optional<double> speed_ratio(const Log& log, const Innovation& v) {
   constexpr double kWalk = 1, kSameTime = 1e-6;  // m/s, s
-  const double told_at = v.time + v.late;
-  const auto fix = first_at_or_after(log.speed, told_at - kSameTime);
-  if (fix == log.speed.end() || fix->time > told_at + kSameTime) return std::nullopt;
+  const double measured_at = v.time + v.late;
+  const auto fix = first_at_or_after(log.speed, measured_at - kSameTime);
+  if (fix == log.speed.end() || fix->time > measured_at + kSameTime) return std::nullopt;
   const double speed = fix->speed - v.residual.x();
   return std::abs(speed) > kWalk ? std::optional(fix->speed / speed) : std::nullopt;
 }

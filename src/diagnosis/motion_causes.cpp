@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "diagnosis/granting.h"
+#include "diagnosis/cause_support.h"
 #include "piste/inspect/log_match.h"
 
 namespace piste {
@@ -37,15 +37,15 @@ GnssRecording recorded_gnss(const Log& log) {
 }
 
 // The run after a change, with its start found anew.
-Granted from_new_start(Told changed, const Evidence& base, double end, const InitialHeading& heading,
-                       const std::string& text) {
+TestedCause from_new_start(FilterInput changed, const Evidence& base, double end, const InitialHeading& heading,
+                           const std::string& text) {
   if (!start_anew(changed, heading)) return {};
   return {lasting_gain(filter_again(changed.log, changed.options, changed.start, end), base), text, {}};
 }
 
 Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& text, const InitialHeading& heading) {
-  return [=](const Told& told, const Evidence& base, double end) {
-    Told changed = told;
+  return [=](const FilterInput& input, const Evidence& base, double end) {
+    FilterInput changed = input;
     for (ImuSample& s : changed.log.imu) {
       s.dtheta = (gyro * s.dtheta).eval();
       s.dvel = (accel * s.dvel).eval();
@@ -55,8 +55,8 @@ Cause turned(const Matrix3d& gyro, const Matrix3d& accel, const std::string& tex
 }
 
 Cause shifted(double ahead, const InitialHeading& heading) {
-  return [=](const Told& told, const Evidence& base, double end) {
-    Told changed = told;
+  return [=](const FilterInput& input, const Evidence& base, double end) {
+    FilterInput changed = input;
     move_fixes(changed.log, [ahead](double) { return ahead; });
     return from_new_start(
         std::move(changed), base, end, heading,
@@ -66,11 +66,11 @@ Cause shifted(double ahead, const InitialHeading& heading) {
 
 }  // namespace
 
-std::vector<Cause> motion_causes(const Told& told, const InitialHeading& heading) {
+std::vector<Cause> motion_causes(const FilterInput& input, const InitialHeading& heading) {
   std::vector<Cause> causes;
-  if (told.log.gnss.empty()) return causes;
-  const GnssRecording gnss = recorded_gnss(told.log);
-  const LogMatch found = match(recorded_imu(told.log), gnss, gnss_health(gnss));
+  if (input.log.gnss.empty()) return causes;
+  const GnssRecording gnss = recorded_gnss(input.log);
+  const LogMatch found = match(recorded_imu(input.log), gnss, gnss_health(gnss));
   // What is less, the delay of the fixes can be.
   if (found.clock && std::abs(found.clock->offset) > kWideClock)
     causes.push_back(shifted(found.clock->offset, heading));

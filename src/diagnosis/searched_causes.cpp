@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "diagnosis/granting.h"
-#include "diagnosis/likeliest_factor.h"
+#include "diagnosis/cause_support.h"
+#include "diagnosis/most_likely_factor.h"
 #include "math/words.h"
 #include "piste/consistency/verdict.h"
 #include "piste/math/statistics.h"
@@ -35,16 +35,16 @@ constexpr std::array kNoises{
 };
 
 Cause white_noise(const Noise& noise) {
-  return [noise](const Told& told, const Evidence& base, double end) {
+  return [noise](const FilterInput& input, const Evidence& base, double end) {
     // The samples themselves would be as noisy.
-    const double most = white_noise_range(told.log).most.*noise.white / (told.options.sensor.*noise.triad).noise;
-    const Factor f = likeliest_factor([&](double factor) {
+    const double most = white_noise_range(input.log).most.*noise.white / (input.options.sensor.*noise.triad).noise;
+    const Factor f = most_likely_factor([&](double factor) {
       if (factor > std::max(1.0, most)) return -std::numeric_limits<double>::infinity();
-      FilterOptions options = told.options;
+      FilterOptions options = input.options;
       (options.sensor.*noise.triad).noise *= factor;
-      return lasting_gain(filter_again(told.log, options, told.start, end), base);
+      return lasting_gain(filter_again(input.log, options, input.start, end), base);
     });
-    const double file = (told.options.sensor.*noise.triad).noise * noise.factor;
+    const double file = (input.options.sensor.*noise.triad).noise * noise.factor;
     return searched(f.gain,
                     fmt::format("{} noise ({} {}/sqrt(Hz) is likelier than the file's {}; `tune` finds it)", noise.name,
                                 plain(file * f.value, 2), noise.unit, plain(file, 2)),
@@ -58,11 +58,11 @@ void scale(DriftProcess& process, double factor) {
 }
 
 Cause drift(const Noise& noise) {
-  return [noise](const Told& told, const Evidence& base, double end) {
-    const Factor f = likeliest_factor([&](double factor) {
-      FilterOptions options = told.options;
+  return [noise](const FilterInput& input, const Evidence& base, double end) {
+    const Factor f = most_likely_factor([&](double factor) {
+      FilterOptions options = input.options;
       scale((options.sensor.*noise.triad).drift, factor);
-      return lasting_gain(filter_again(told.log, options, told.start, end), base);
+      return lasting_gain(filter_again(input.log, options, input.start, end), base);
     });
     return searched(f.gain, fmt::format("{} drift (the file's is {}; `tune` finds it)", noise.name, direction(f.value)),
                     [noise, by = f.value](StatedModel& m) { scale((m.options.sensor.*noise.triad).drift, by); });
@@ -71,33 +71,33 @@ Cause drift(const Noise& noise) {
 
 // ---- Sigmas of the fixes ----
 
-void scale_positions(Told& told, std::size_t receiver, double factor) {
-  for (GnssFix& fix : told.log.gnss[receiver]) fix.sigma_position *= factor;
-  if (auto& coloured = told.options.gnss[receiver].drift) coloured->follow(factor);
+void scale_positions(FilterInput& input, std::size_t receiver, double factor) {
+  for (GnssFix& fix : input.log.gnss[receiver]) fix.sigma_position *= factor;
+  if (auto& coloured = input.options.gnss[receiver].drift) coloured->follow(factor);
 }
-void scale_velocities(Told& told, std::size_t receiver, double factor) {
-  for (GnssFix& fix : told.log.gnss[receiver]) {
+void scale_velocities(FilterInput& input, std::size_t receiver, double factor) {
+  for (GnssFix& fix : input.log.gnss[receiver]) {
     if (fix.velocity) fix.velocity->sigma *= factor;
   }
 }
-void scale_attitudes(Told& told, std::size_t source, double factor) {
-  for (AttitudeFix& fix : told.log.attitude[source]) fix.covariance *= factor * factor;
-  if (auto& coloured = told.options.attitude[source].drift) coloured->sigma *= factor;
+void scale_attitudes(FilterInput& input, std::size_t source, double factor) {
+  for (AttitudeFix& fix : input.log.attitude[source]) fix.covariance *= factor * factor;
+  if (auto& coloured = input.options.attitude[source].drift) coloured->sigma *= factor;
 }
 
 // Of wheels, a barometer or two antennas: one sensor each.
 template <auto Log::*kFixes>
-void scale_fixes(Told& told, std::size_t, double factor) {
-  for (auto& fix : told.log.*kFixes) {
+void scale_fixes(FilterInput& input, std::size_t, double factor) {
+  for (auto& fix : input.log.*kFixes) {
     fix.sigma *= factor;
     if constexpr (requires { fix.sigma_pitch; }) fix.sigma_pitch *= factor;
   }
 }
 
 // Positions of a receiver whose fixes differ by `part` of what it states from one to the next: `gain` with that part.
-Granted slow_part(std::size_t receiver, double part, const std::optional<PositionDrift>& drift, double gain) {
-  const double told = drift && drift->of_stated ? drift->sigma.head<2>().mean() : 0;
-  const double white = part * std::sqrt(1 - told * told), share = std::sqrt(1 - white * white),
+TestedCause slow_part(std::size_t receiver, double part, const std::optional<PositionDrift>& drift, double gain) {
+  const double stated_share = drift && drift->of_stated ? drift->sigma.head<2>().mean() : 0;
+  const double white = part * std::sqrt(1 - square(stated_share)), share = std::sqrt(1 - white * white),
                time = drift ? drift->correlation_time : kSlowTime;
   return searched(gain,
                   fmt::format("slow error of gnss[{0}].position (fixes differ by {1} of what is stated; "
@@ -110,15 +110,15 @@ Granted slow_part(std::size_t receiver, double part, const std::optional<Positio
 }
 
 Cause sigmas_of_positions(std::size_t receiver) {
-  return [receiver](const Told& told, const Evidence& base, double end) {
-    const Factor f = likeliest_factor([&](double factor) {
-      Told changed = told;
+  return [receiver](const FilterInput& input, const Evidence& base, double end) {
+    const Factor f = most_likely_factor([&](double factor) {
+      FilterInput changed = input;
       scale_positions(changed, receiver, factor);
-      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
+      return lasting_gain(filter_again(changed.log, changed.options, input.start, end), base);
     });
-    const GnssOptions& options = told.options.gnss[receiver];
+    const GnssOptions& options = input.options.gnss[receiver];
     const std::string source = fmt::format("gnss[{}].position", receiver);
-    if (f.value < 1 && may_be_slow(told.options.gnss, source)) {
+    if (f.value < 1 && may_be_slow(input.options.gnss, source)) {
       return slow_part(receiver, f.value, options.drift, f.gain);
     }
     return searched(f.gain, fmt::format("noise of {} (its sigmas are {})", source, direction(f.value)),
@@ -130,13 +130,13 @@ Cause sigmas_of_positions(std::size_t receiver) {
 }
 
 // `factor_of`: the factor of a model that states the same, or null.
-Cause sigmas(const std::string& source, void (*scale)(Told&, std::size_t, double), std::size_t index,
+Cause sigmas(const std::string& source, void (*scale)(FilterInput&, std::size_t, double), std::size_t index,
              double SigmaScales::*factor_of = nullptr) {
-  return [=](const Told& told, const Evidence& base, double end) {
-    const Factor f = likeliest_factor([&](double factor) {
-      Told changed = told;
+  return [=](const FilterInput& input, const Evidence& base, double end) {
+    const Factor f = most_likely_factor([&](double factor) {
+      FilterInput changed = input;
       scale(changed, index, factor);
-      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
+      return lasting_gain(filter_again(changed.log, changed.options, input.start, end), base);
     });
     Change change;
     if (factor_of != nullptr) change = [=, by = f.value](StatedModel& m) { m.scales[index].*factor_of *= by; };
@@ -154,26 +154,26 @@ double median_sigma(const std::vector<GnssFix>& fixes) {
   return all.empty() ? 0 : median(std::move(all));
 }
 
-// A Gauss-Markov error of `factor` sigmas: beside the white one that the fixes state, or, of less than one sigma, as a
-// part of it.
-void colour(Told& told, std::size_t receiver, double factor, double correlation_time) {
+// A Gauss-Markov error of `factor` sigmas. Below one sigma it is a part of the error that the fixes state; above, it is
+// added to that error.
+void colour(FilterInput& input, std::size_t receiver, double factor, double correlation_time) {
   Vector3d sigma = Vector3d::Zero();
-  for (const GnssFix& fix : told.log.gnss[receiver]) sigma += fix.sigma_position;
-  sigma *= factor / static_cast<double>(std::max<std::size_t>(1, told.log.gnss[receiver].size()));
-  told.options.gnss[receiver].drift = GaussMarkov{sigma, correlation_time};
-  told.options.estimate.push_back(position_drift_block(static_cast<int>(receiver), false));
+  for (const GnssFix& fix : input.log.gnss[receiver]) sigma += fix.sigma_position;
+  sigma *= factor / static_cast<double>(std::max<std::size_t>(1, input.log.gnss[receiver].size()));
+  input.options.gnss[receiver].drift = GaussMarkov{sigma, correlation_time};
+  input.options.estimate.push_back(position_drift_block(static_cast<int>(receiver), false));
   if (factor < 1) return;
-  for (GnssFix& fix : told.log.gnss[receiver])
+  for (GnssFix& fix : input.log.gnss[receiver])
     fix.sigma_position = (fix.sigma_position.cwiseAbs2() + sigma.cwiseAbs2()).cwiseSqrt();
 }
 
 Cause coloured(std::size_t receiver) {
-  return [receiver](const Told& told, const Evidence& base, double end) {
+  return [receiver](const FilterInput& input, const Evidence& base, double end) {
     constexpr double kUsual = 30, kPart = 0.95;  // s; of the sigmas
     const auto gain = [&](double factor, double time) {
-      Told changed = told;
+      FilterInput changed = input;
       colour(changed, receiver, factor, time);
-      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
+      return lasting_gain(filter_again(changed.log, changed.options, input.start, end), base);
     };
     Factor f;
     const auto keep = [&](double factor) {
@@ -196,7 +196,7 @@ Cause coloured(std::size_t receiver) {
     return searched(
         f.gain,
         fmt::format("coloured error of gnss[{}].position (some {} m over some {:.0f} s; key `drift`)", receiver,
-                    plain(f.value * median_sigma(told.log.gnss[receiver]), 2), time),
+                    plain(f.value * median_sigma(input.log.gnss[receiver]), 2), time),
         [receiver, by = f.value, time](StatedModel& m) {
           const double whole = std::max(1.0, std::hypot(1, by));
           m.options.gnss[receiver].drift = PositionDrift::of_share(Vector3d::Constant(by < 1 ? by : by / whole), time);
@@ -209,12 +209,12 @@ Cause coloured(std::size_t receiver) {
 }  // namespace
 
 Cause swaying_antenna(std::size_t receiver) {
-  return [receiver](const Told& told, const Evidence& base, double end) {
+  return [receiver](const FilterInput& input, const Evidence& base, double end) {
     const auto gain = [&](double sigma, double time) {
-      Told changed = told;
+      FilterInput changed = input;
       changed.options.gnss[receiver].lever_arm_sway = GaussMarkov{Vector3d::Constant(sigma), time};
       changed.options.estimate.push_back(lever_arm_sway_block(static_cast<int>(receiver)));
-      return lasting_gain(filter_again(changed.log, changed.options, told.start, end), base);
+      return lasting_gain(filter_again(changed.log, changed.options, input.start, end), base);
     };
     // What helmets and packs allow, from a tremble to a swing, then nearer to the best of these.
     double sigma = 0, time = 0, best = 0;
@@ -250,9 +250,9 @@ bool may_sway(const FilterOptions& options, std::size_t receiver) {
   return options.gnss[receiver].use_position && !options.gnss[receiver].lever_arm_sway && receiver < kDriftingReceivers;
 }
 
-std::vector<Cause> searched_causes(const Told& told) {
+std::vector<Cause> searched_causes(const FilterInput& input) {
   std::vector<Cause> causes;
-  const FilterOptions& options = told.options;
+  const FilterOptions& options = input.options;
   for (const Noise& noise : kNoises) {
     causes.push_back(white_noise(noise));
     if (options.estimates(noise.triad == &ImuSensor::gyro ? Block::kGyroDrift : Block::kAccelDrift))
@@ -260,14 +260,14 @@ std::vector<Cause> searched_causes(const Told& told) {
   }
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     if (options.gnss[i].use_position) causes.push_back(sigmas_of_positions(i));
-    if (has_velocities(told, i))
+    if (has_velocities(input, i))
       causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i, &SigmaScales::velocity));
   }
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
     causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));
-  if (!told.log.speed.empty()) causes.push_back(sigmas("odometer", scale_fixes<&Log::speed>, 0));
-  if (!told.log.height.empty()) causes.push_back(sigmas("barometer", scale_fixes<&Log::height>, 0));
-  if (!told.log.heading.empty()) causes.push_back(sigmas("heading", scale_fixes<&Log::heading>, 0));
+  if (!input.log.speed.empty()) causes.push_back(sigmas("odometer", scale_fixes<&Log::speed>, 0));
+  if (!input.log.height.empty()) causes.push_back(sigmas("barometer", scale_fixes<&Log::height>, 0));
+  if (!input.log.heading.empty()) causes.push_back(sigmas("heading", scale_fixes<&Log::heading>, 0));
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     const GnssOptions& receiver = options.gnss[i];
     if (receiver.use_position && !receiver.drift && i < kDriftingReceivers) causes.push_back(coloured(i));

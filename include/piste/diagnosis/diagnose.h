@@ -1,6 +1,6 @@
 #pragma once
-/// Why the sigmas of a run do not hold. One mechanism: each cause is granted in turn, the log is filtered again, and
-/// the causes are ranked by how much likelier that makes the innovations. docs/verdict.md explains it.
+/// The causes for which the sigmas of a run do not hold. Each cause is tested in turn: the log is filtered again with
+/// it. The causes are ranked by the gain of the log-likelihood of the innovations. docs/verdict.md explains it.
 
 #include <functional>
 #include <optional>
@@ -27,7 +27,7 @@ struct LikelierCause {
   std::function<void(StatedModel&)> change;
 };
 
-/// The verdict on a filtered run with its findings, the likeliest cause first. The causes are looked for only if the
+/// The verdict on a filtered run with its findings, the most likely cause first. The causes are tested only if the
 /// sigmas do not hold or more fixes are rejected than chance rejects, and in the first minutes of motion.
 ///
 /// `options`, `heading` and `found` are those with which `filtered` was made of `log`; `smoothed` may be null, and
@@ -38,7 +38,7 @@ Verdict diagnose(const Log& log, const FilterOptions& options, const InitialHead
                  const Solution& filtered, const Solution* smoothed, const std::function<void(double)>& progress = {},
                  const std::vector<double>& residuals = {});
 
-/// A verdict, and the causes behind its findings, the likeliest first.
+/// A verdict, and the causes behind its findings, the most likely first.
 struct Diagnosis {
   Verdict verdict;
   std::vector<LikelierCause> causes;

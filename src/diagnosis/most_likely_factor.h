@@ -1,5 +1,5 @@
 #pragma once
-/// The search for the factor of a value, such as a noise, with which a log is likeliest.
+/// The search for the maximum-likelihood factor of a value, such as a noise.
 
 #include <algorithm>
 #include <cmath>
@@ -18,12 +18,12 @@ struct Factor {
   double value = 1, gain = 0;
 };
 
-/// The factor with which a value is likeliest, and what it gains: by steps of 3 up and down, as far as these gain, then
-/// of their root, then at the top of the parabola through the best three over the logarithm of the factor. Of values
-/// that are as likely, such as a noise below all that can be seen, the one nearest to the file's.
-/// `gain(factor)` filters the log; it is asked once for each factor.
+/// The maximum-likelihood factor of a value, and its gain. The search takes steps of a factor of 3 up and down while
+/// they gain, then of its root. Then it takes the top of the parabola through the best three over the logarithm of the
+/// factor. Of values of equal likelihood, such as a noise below all that can be seen, it is the one nearest to the
+/// file's. `gain(factor)` filters the log; it is called once for each factor.
 template <class Gain>
-Factor likeliest_factor(Gain&& gain) {
+Factor most_likely_factor(Gain&& gain) {
   std::map<double, double> tried{{0, 0}};  // gain by the number of steps
   const auto most = [&] { return std::ranges::max_element(tried, {}, [](const auto& t) { return t.second; })->second; };
   const auto best = [&] {

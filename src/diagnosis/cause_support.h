@@ -1,5 +1,5 @@
 #pragma once
-/// What the kinds of causes have in common.
+/// Functions that all kinds of causes share.
 
 #include <algorithm>
 #include <string>
@@ -11,14 +11,14 @@
 
 namespace piste {
 
-constexpr double kWideClock = 0.3;  ///< s: 1-sigma of a clock's offset that is granted
+constexpr double kWideClock = 0.3;  ///< s: 1-sigma prior of the clock offset of a tested cause
 
-/// By how much likelier the innovations have become, where a cause shows until the filter has found it, and no longer:
-/// an error of the start. Of any other cause it is lasting_gain().
-inline double gained(const Evidence& granted, const Evidence& base) { return granted.likelihood - base.likelihood; }
+/// The gain of the log-likelihood for an error of the start, which shows only until the filter has estimated it. For
+/// any other cause the gain is lasting_gain().
+inline double gained(const Evidence& tested, const Evidence& base) { return tested.likelihood - base.likelihood; }
 
-/// What `values` gain that were searched for, and not integrated over as states are: each pays for that.
-inline Granted searched(double gain, std::string text, Change change = {}, int values = 1) {
+/// A cause whose `values` were searched for, not integrated over as states are: its gain is reduced for each of them.
+inline TestedCause searched(double gain, std::string text, Change change = {}, int values = 1) {
   constexpr double kSearched = 3;
   return {gain - kSearched * values, std::move(text), std::move(change)};
 }
@@ -36,14 +36,14 @@ void move_fixes(Log& log, Later&& later) {
   move(log.heading);
 }
 
-/// Finds the start anew, as the log and what is told of it may have changed. Returns whether there is one.
-inline bool start_anew(Told& told, const InitialHeading& heading) {
+/// Estimates the start again, after a change of the log or of its options. Returns whether there is one.
+inline bool start_anew(FilterInput& input, const InitialHeading& heading) {
   try {
-    told.start = find_start(told.log, told.options, heading).start;
+    input.start = find_start(input.log, input.options, heading).start;
   } catch (const Error&) {
     return false;
   }
-  told.start.covariance = told.start.covariance.topLeftCorner(9, 9).eval();
+  input.start.covariance = input.start.covariance.topLeftCorner(9, 9).eval();
   return true;
 }
 
@@ -56,9 +56,9 @@ inline void want(FilterOptions& options, Block block) {
 inline bool some_positions(const FilterOptions& options) {
   return std::any_of(options.gnss.begin(), options.gnss.end(), [](const GnssOptions& g) { return g.use_position; });
 }
-inline bool has_velocities(const Told& told, std::size_t i) {
-  const auto& fixes = told.log.gnss[i];
-  return told.options.gnss[i].use_velocity &&
+inline bool has_velocities(const FilterInput& input, std::size_t i) {
+  const auto& fixes = input.log.gnss[i];
+  return input.options.gnss[i].use_velocity &&
          std::any_of(fixes.begin(), fixes.end(), [](const GnssFix& f) { return f.velocity.has_value(); });
 }
 

@@ -1,14 +1,14 @@
-#include "diagnosis/likeliest_factor.h"
+#include "diagnosis/most_likely_factor.h"
 
 #include <gtest/gtest.h>
 
 namespace piste::test {
 namespace {
 
-TEST(LikeliestFactor, IsTheTopOfAParabolaOverItsLogarithm) {
+TEST(MostLikelyFactor, IsTheTopOfAParabolaOverItsLogarithm) {
   for (const double top : {40., 7., 2.2, 0.4, 0.02}) {
     int asked = 0;
-    const Factor f = likeliest_factor([&](double factor) {
+    const Factor f = most_likely_factor([&](double factor) {
       ++asked;
       const double here = std::log(factor / top), at_one = std::log(1 / top);
       return 200 * (at_one * at_one - here * here);
@@ -19,11 +19,11 @@ TEST(LikeliestFactor, IsTheTopOfAParabolaOverItsLogarithm) {
 }
 
 // A noise below all that can be seen is as likely as none at all.
-TEST(LikeliestFactor, OfThoseAsLikelyIsTheNearest) {
-  const Factor f = likeliest_factor([](double factor) { return 20 * (1 - factor) / (1 + factor); });
+TEST(MostLikelyFactor, OfThoseAsLikelyIsTheNearest) {
+  const Factor f = most_likely_factor([](double factor) { return 20 * (1 - factor) / (1 + factor); });
   EXPECT_GT(f.value, 0.01);
   EXPECT_GT(f.gain, 18.9);
-  EXPECT_EQ(likeliest_factor([](double factor) { return -std::abs(std::log(factor)); }).value, 1);
+  EXPECT_EQ(most_likely_factor([](double factor) { return -std::abs(std::log(factor)); }).value, 1);
 }
 
 }  // namespace
