@@ -60,6 +60,6 @@ int main(int argc, char** argv) {
        .integers = {{"jobs", "fits at a time", cores, 1, "one for each core"}},
        .flags = {{"robust", "bound what outliers and knocks do"}, {"at-rest", "take all rows as at rest"}},
        .files = {{"sensor", "sensor file from which bias, scale and range are taken"},
-                 {"tuned", "tune.json of `tune`: its noise in motion is shown beside"}}},
+                 {"tuned", "tune.json of `tune`: its noise in motion is shown for comparison"}}},
       argc, argv, piste::run);
 }

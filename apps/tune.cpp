@@ -38,9 +38,8 @@ int main(int argc, char** argv) {
   const auto cores = static_cast<long>(std::max(1U, std::thread::hardware_concurrency()));
   return piste::run_app(
       {.name = "tune",
-       .summary =
-           "Estimates the noise of IMU and GNSS from a run in motion. Finds the white noise, drift and GNSS errors for "
-           "which the innovations of the replay are likeliest.",
+       .summary = "Estimates the noise of IMU and GNSS from a run in motion. Finds the maximum-likelihood white noise, "
+                  "drift and GNSS errors, given the innovations of the replay.",
        .integers = {{"jobs", "filter runs at a time; the results do not depend on it", cores, 1, "one for each core"},
                     {"hold-out", "of each two stretches of so many seconds the second is not fitted to, and judged",
                      0}}},

@@ -88,7 +88,8 @@ std::string replay_yaml(const ReplayConfig& config, const Tuning& tuning, const 
   });
   YAML::Emitter text;
   text << out;
-  return fmt::format("# Made by tune: what is likeliest in motion. All else is as in the base.\n{}\n", text.c_str());
+  return fmt::format("# Made by tune: the maximum-likelihood noise in motion. All else is as in the base.\n{}\n",
+                     text.c_str());
 }
 
 double shown(double noise, const TriadUnits& units) { return noise / unit_factor(units.noise_unit, units.noise); }
@@ -144,17 +145,18 @@ std::string tune_json(const Tuning& tuning) {
 std::string tuning_text(const Tuning& tuning) {
   std::string text;
   for (const TunedNoise& n : tuning.numbers) {
-    text += fmt::format("{:<29} {:>9} {:<17} 95 % {} to {}, before {}{}\n", n.name, plain(n.value), n.unit,
-                        plain(n.low), plain(n.high), plain(n.start), n.determined ? "" : "; the data do not tell it");
+    text +=
+        fmt::format("{:<29} {:>9} {:<17} 95 % {} to {}, before {}{}\n", n.name, plain(n.value), n.unit, plain(n.low),
+                    plain(n.high), plain(n.start), n.determined ? "" : "; not determined by the data");
   }
-  const auto beside = [&](const char* name, double rest, double motion, const TriadUnits& units) {
+  const auto compare = [&](const char* name, double rest, double motion, const TriadUnits& units) {
     if (!std::isfinite(rest)) return;
     const char* const why = motion > kVibrates * rest ? " as much: vibration" : " as much";
     text += fmt::format("{} at rest: {} {}; in motion {} times{}\n", name, plain(shown(rest, units)), units.noise_unit,
                         plain(motion / rest, 2), why);
   };
-  beside("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kGyroUnits);
-  beside("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kAccelUnits);
+  compare("gyroscopes", tuning.at_rest.gyro, tuning.noise.sensor.gyro.noise, kGyroUnits);
+  compare("accelerometers", tuning.at_rest.accel, tuning.noise.sensor.accel.noise, kAccelUnits);
   const std::string_view where = tuning.held_out > 0 ? ", held out" : "";
   for (const SourceNis& s : tuning.nis)
     text += fmt::format("mean NIS of {}{}: {:.2f} ± {:.2f}\n", s.source, where, s.mean, s.error);

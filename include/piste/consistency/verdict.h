@@ -54,8 +54,8 @@ struct Verdict {
 
 /// The note with a verdict that names a slow part.
 inline constexpr std::string_view kInnovationsCannotTell =
-    "Innovations cannot tell an error that moves fixes and track together from none at all: "
-    "they show the white part of what a receiver states";
+    "Innovations do not show an error that moves fixes and track together: they show only the white part of the sigmas "
+    "that a receiver states";
 
 /// Whether innovations of `source` smaller than its sigmas are no reason to lower these. True for positions, unless the
 /// user states that their errors are white.

@@ -19,7 +19,7 @@ std::string tune_json(const Tuning& tuning);
 /// The same as a table of text.
 std::string tuning_text(const Tuning& tuning);
 
-/// The sensor file with the likeliest noise, along the sensor's own axes.
+/// The sensor file with the maximum-likelihood noise, along the sensor's own axes.
 std::string tuned_sensor(const ReplayConfig& config, const Tuning& tuning);
 
 /// Writes `sensor.yaml`, `replay.yaml` and `tune.json`. `replay.yaml` builds on `config`'s file (`base:`) and overrides

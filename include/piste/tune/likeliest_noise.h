@@ -4,8 +4,8 @@
 ///
 /// Sought is the maximum of −½ Σ (zᵀ S⁻¹ z + ln det S) over the innovations z of receivers and reference attitudes, S
 /// their covariance by the filter (Schweppe 1965), plus a weak prior about the values at the start: each number is
-/// log-normal, with a 1-sigma of a factor of 10 (sizes) or of 3 (correlation times). It keeps what the data do not tell
-/// where it was, and weighs as much as a single observation, or less, of what they tell.
+/// log-normal, with a 1-sigma of a factor of 10 (sizes) or of 3 (correlation times). It holds the numbers that the data
+/// do not determine. For the others it has the weight of a single observation at most.
 
 #include <cstddef>
 #include <limits>
@@ -20,14 +20,14 @@
 
 namespace piste {
 
-/// The errors of one receiver beside the sigmas that it states.
+/// The errors of one receiver, relative to the sigmas that it states.
 struct ReceiverNoise {
   double white = 1, velocity = 1;    ///< factors of its sigmas: of the white error of positions, and of velocities
-  double height = 1;                 ///< besides, of those of heights, white and coloured
+  double height = 1;                 ///< an additional factor of those of heights, white and coloured
   double drift = 0, drift_time = 0;  ///< coloured error of positions: factor of `drift_shape` (0: none), and time [s]
   Vector3d drift_shape, stated;      ///< of a drift of factor 1; median of the sigmas of positions that it states
   StandingHeights standing = {};     ///< what rounding makes of its heights at least
-  /// Most of the white error beside a drift that is a share [m] (PositionDrift).
+  /// The limit of the white error where the drift is a share of the sigmas [m] (PositionDrift).
   double most_white = std::numeric_limits<double>::infinity();
   bool in_metres = false;  ///< whether its drift is stated in m, and not as a share of its sigmas
   bool is_white = false;   ///< whether the user says so: the total may then be less than is stated
@@ -35,7 +35,7 @@ struct ReceiverNoise {
 
   /// Factor of the sigmas of positions by which they are those of white and coloured error together.
   double position() const;
-  /// The factors of all that it states: heights besides.
+  /// The factors of all sigmas that it states, with the additional one of heights.
   SigmaScales scales() const;
   /// The coloured error, if there is one; heights that stand still have one, which lasts.
   std::optional<PositionDrift> process() const;
@@ -56,7 +56,7 @@ struct TunedNoise {
   std::string unit;  ///< of the values here; empty: a factor
   double start = 0, value = 0;
   double low = 0, high = 0;  ///< its 95 % interval, by the likelihood and the prior
-  /// Whether the data tell it: they halved the prior's 1-sigma at least, and the interval is within a factor of 3.
+  /// Whether the data determine it: they halved the prior's 1-sigma at least, and the interval is within a factor of 3.
   bool determined = false;
   double prior = 0;  ///< 1-sigma of its logarithm about `start` before any data; 0: not known
 };
@@ -70,7 +70,7 @@ struct SourceNis {
   double error = 0;  ///< standard error of the mean: how far it may be from 1 by chance
 };
 
-/// White noise at rest, as the samples have it, beside the noise in motion: [rad/s/√Hz], [m/s²/√Hz].
+/// White noise of the samples at rest, for comparison with the noise in motion: [rad/s/√Hz], [m/s²/√Hz].
 struct NoiseAtRest {
   double gyro = 0, accel = 0;  ///< largest axis; NaN without a rest of two seconds
 };
@@ -78,9 +78,9 @@ struct NoiseAtRest {
 /// The result. In both models the total error of positions is what a receiver states at least (tune/stated_errors.h).
 struct Tuning {
   NoiseModel noise;
-  /// The same with the mean of the variance of each white noise and drift of the IMU where the likeliest one is its
-  /// mode: σ exp(s²), s the 1-sigma of ln σ, twice as much at most, and no more than the samples leave room for. What
-  /// is hardly told is not too quiet with it.
+  /// The same with the mean variance of each white noise and drift of the IMU instead of its mode, the
+  /// maximum-likelihood one: σ exp(s²), s the 1-sigma of ln σ. It is at most twice as large, and within the noise of
+  /// the samples. A noise that the data hardly determine is then not too low.
   NoiseModel expected;
   std::vector<TunedNoise> numbers;
   double likelihood_at_start = 0, likelihood = 0;  ///< without the prior
@@ -119,8 +119,8 @@ Vector3d stated_before(const SigmaScales& factors);
 /// Runs of the filter that a rough search and a thorough one take as a rule.
 inline constexpr double kRoughRuns = 100, kThoroughRuns = 400;
 
-/// Finds the likeliest noise of a log with a known start. Sought is what the options have: of a drift without a process
-/// nothing, of a receiver without velocities no scale of them. `at_rest` is not filled in.
+/// Estimates the maximum-likelihood noise of a log with a known start. The numbers are those that the options have:
+/// none of a drift without a process, and no scale of velocities that a receiver lacks. `at_rest` is not filled in.
 /// Where rounding makes heights of the first receiver stand still, and their sigma comes out no larger than that of the
 /// rounding (standing_heights.h), all is sought again with its errors as the least that they have. Where a coloured
 /// error was found, its heights get that least without another search.

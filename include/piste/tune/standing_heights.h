@@ -18,7 +18,7 @@ struct StandingHeights {
   double white = 0;  ///< that of a single fix, half a step, for where heights go to and fro between two [m]
 
   /// Whether `sigma` [m] of heights is no more than that of rounding, as if its errors were independent. A larger one
-  /// is told by more than by heights that repeat themselves.
+  /// is determined by more than heights that repeat themselves.
   bool too_small(double sigma) const {
     constexpr double kOfRounding = 1.5;
     return sigma < kOfRounding * slow;
