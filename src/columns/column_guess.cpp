@@ -90,8 +90,8 @@ class Guesser {
     return triads && broken(triads->gyro) && broken(triads->accel);
   }
 
-  // Whether a time only counts the rows, while a column beside it is a year.
-  bool is_year_beside(std::size_t time) const {
+  // Whether a time only counts the rows, while another column is a year.
+  bool counts_rows_of_dates(std::size_t time) const {
     constexpr double kFirstYear = 1980, kLastYear = 2100;
     const auto& rows = table_.columns[time].values;
     for (std::size_t i = 1; i < rows.size(); ++i) {
@@ -109,7 +109,7 @@ class Guesser {
     if (!other.find_time(kGnssPace)) return std::nullopt;
     const auto place = find_place(table_, other.time_column_);
     if (!place) return std::nullopt;
-    if (is_year_beside(other.time_column_)) {
+    if (counts_rows_of_dates(other.time_column_)) {
       throw DataError(
           file_ + ":1",
           fmt::format("has places without a header, a column {} that counts the rows, and a date in columns "
@@ -138,8 +138,8 @@ class Guesser {
       return Guesser(file_, name_, both.rows > 2 ? both : table_).imu();
     }
     auto guess = Guesser(file_, name_, turns, Part::kGyro).imu();
-    auto beside = Guesser(file_, name_, pushes, Part::kAccel).imu();
-    if (guess && beside) guess->beside.push_back(std::move(*beside));
+    auto accel_part = Guesser(file_, name_, pushes, Part::kAccel).imu();
+    if (guess && accel_part) guess->beside.push_back(std::move(*accel_part));
     return guess;
   }
 
@@ -156,7 +156,7 @@ class Guesser {
       const bool own_stamps = own_rows || (stamped && receiver->columns->time != body->columns->time);
       if (stamped && body->columns->time.of == TimeScale::kBoot) receiver->boot_time = body->columns->time;
       if (!own_stamps || receiver->boot_time != body->columns->time) receiver->boot_time.reset();
-      receiver->why += ", beside those of an IMU: each new place is a fix";
+      receiver->why += ", next to those of an IMU: each new place is a fix";
       body->beside.push_back(std::move(*receiver));
     } else {
       body->lost = "the columns of a receiver are not used: it has no place in them, or none is known for its height";
@@ -262,12 +262,12 @@ class Guesser {
     return true;
   }
 
-  [[noreturn]] void lacks(std::string_view quantity, std::string_view beside) const {
+  [[noreturn]] void lacks(std::string_view quantity, std::string_view others) const {
     throw DataError(
         file_ + ":1",
         fmt::format("has columns of {}, and none that is known for the {}; name it so in the header, such as "
                     "`{}`",
-                    beside, quantity, quantity == "time" ? "time_s" : "height_m"));
+                    others, quantity, quantity == "time" ? "time_s" : "height_m"));
   }
 
   // Three columns as long as the way from the middle of the Earth are a place in ECEF.
@@ -283,7 +283,7 @@ class Guesser {
 
   bool is_earth_centred(const ColumnTriad& t) const {
     constexpr double kNearest = 6.3e6, kFarthest = 6.5e6;  // m from the middle of the Earth
-    constexpr double kFarOff = 1e5;                        // two of three are, but for a counter beside small numbers
+    constexpr double kFarOff = 1e5;                        // two of three are, but for a counter with small numbers
     const double length = usual_magnitude(table_, t);
     return length > kNearest && length < kFarthest &&
            std::count_if(t.begin(), t.end(), [&](std::size_t c) { return largest(c) > kFarOff; }) > 1;
@@ -342,7 +342,7 @@ class Guesser {
       why = fmt::format("columns x, y, z of {}", forces ? "accelerometers" : "gyroscopes");
     }
     if (!gyro && !accel && !table_.header && table_.columns.size() == 4) {
-      const ColumnTriad only = beside_time();
+      const ColumnTriad only = columns_without_time();
       if (named_gyroscopes() || is_of_forces(only)) {
         (named_gyroscopes() ? gyro : accel) = only;
         why = fmt::format("four columns without names, and the name of the {}", gyro ? "gyroscopes" : "accelerometers");
@@ -353,7 +353,7 @@ class Guesser {
       if (!found) return std::nullopt;
       gyro = found->gyro;
       accel = found->accel;
-      why = "three columns as large as gravity, three beside them, and one that increases evenly";
+      why = "three columns as large as gravity, three others, and one that increases evenly";
       doubts_.emplace_back("columns: found by their values alone, as there is no header: check them");
     }
     const bool counts = use_force(accel);
@@ -392,8 +392,8 @@ class Guesser {
     return std::all_of(t.begin(), t.end(), [&](std::size_t c) { return table_.columns[c].is_whole(); });
   }
 
-  // The three other columns of four.
-  ColumnTriad beside_time() const {
+  // The three columns of four that are not the time.
+  ColumnTriad columns_without_time() const {
     ColumnTriad t{};
     for (std::size_t c = 0, k = 0; k < t.size(); ++c) {
       if (c != time_column_) t[k++] = c;
@@ -425,7 +425,7 @@ class Guesser {
     if (is_earth_centred(t)) return std::string("places as ") + std::string(kEarthCentred);
     if (named("mag") || named("compass")) return "of a magnetometer, as its name says";
     if (named_gyroscopes() || is_of_forces(t)) return {};
-    return "columns x, y, z of neither gyroscopes nor accelerometers, as far as values and the name of the file tell";
+    return "columns x, y, z of neither gyroscopes nor accelerometers, by their values and the name of the file";
   }
 
   // The part of the specific force that accelerations are. The quietest sensors have ten times as much noise as
@@ -761,7 +761,7 @@ class Guesser {
     }
   }
 
-  // Whether an accuracy is that of the course: one of the heading, beside a course, is of the compass.
+  // Whether an accuracy is that of the course. In a table that also has a course, one of the heading is of the compass.
   bool is_of_course(std::size_t accuracy) const {
     const auto heading = [&](std::size_t c) { return table_.columns[c].has_any({"head", "heading"}); };
     return !heading(accuracy) || heading(*one("course"));
@@ -829,11 +829,11 @@ class SeveralLogs {
     if (!guess || guess->part == LogGuess::Part::kNone) return;
     for (const ColumnRows& c : chosen) guess->why += fmt::format(", in the rows with {} in column {}", c.is, c.name);
     guess->lost.clear();  // the other columns are of the other rows
-    std::vector<LogGuess> beside = std::move(guess->beside);
+    std::vector<LogGuess> others = std::move(guess->beside);
     guess->beside.clear();
     logs_.push_back(std::move(*guess));
-    logs_.insert(logs_.end(), std::make_move_iterator(beside.begin()), std::make_move_iterator(beside.end()));
-    for (std::size_t i = logs_.size() - 1 - beside.size(); i < logs_.size(); ++i) logs_[i].columns->rows = chosen;
+    logs_.insert(logs_.end(), std::make_move_iterator(others.begin()), std::make_move_iterator(others.end()));
+    for (std::size_t i = logs_.size() - 1 - others.size(); i < logs_.size(); ++i) logs_[i].columns->rows = chosen;
   }
 
   // Nothing for rows without a time, for example: other rows may have one.

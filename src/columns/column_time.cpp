@@ -76,8 +76,8 @@ class TimeFinder {
       throw DataError(
           file_ + ":1",
           fmt::format("column `{}` keeps falling back (it falls back at row {}, from {:g} to {:g}), so that "
-                      "it is no time by itself; if it is what is "
-                      "left of whole seconds or of longer units in a column beside it, name both: "
+                      "it is no time by itself; if it is the "
+                      "remainder of whole seconds or of longer units in another column, name both: "
                       "`time: {{name: …, unit: s, rest: {{name: {}, unit: …}}}}`",
                       name, at - values.begin() + 2, *at, *(at + 1), name));
     }
@@ -125,7 +125,7 @@ class TimeFinder {
   // `steady`: only one that differs from row to row.
   std::optional<ColumnTime> time_from(std::size_t column, const Pace& pace, bool steady) const {
     const SampledColumn& c = table_.columns[column];
-    if (steady && 2 * changing(table_, c) < 1 && !parts_beside(column)) return std::nullopt;
+    if (steady && 2 * changing(table_, c) < 1 && !parts_column(column)) return std::nullopt;
     ColumnTime time;
     time.name = table_.name_of(column);
     const bool gps = c.has_any({"gps", "gpst", "gpstime"});
@@ -147,7 +147,7 @@ class TimeFinder {
       return time;
     }
     constexpr std::size_t kWholeDate = 8;  // characters; of six digits the order is not known
-    const auto parts = parts_beside(column);
+    const auto parts = parts_column(column);
     if (c.unit == kTimeOfDay || is_time_of_day(table_, c.values)) {
       time.unit = "hhmmss";
       if (const auto date = column_of(meanings_, "date"); date && table_.columns[*date].first().size() >= kWholeDate) {
@@ -179,16 +179,16 @@ class TimeFinder {
     constexpr double kSince = 9e8, kUntil = 4e9, kWeekLength = 604800, kLatestGps = 1.6e9;
     if (first > kSince && first < kUntil) {
       time.of = gps && first < kLatestGps ? TimeScale::kGps : TimeScale::kUtc;
-    } else if ((gps || c.has_any({"tow", "sow", "week"}) || is_of_week_beside(column)) && first < kWeekLength) {
+    } else if ((gps || c.has_any({"tow", "sow", "week"}) || is_milliseconds_of_week(column)) && first < kWeekLength) {
       time.of = TimeScale::kGpsWeek;
       if (const auto week = column_of(meanings_, "week"); week && *week != column) time.week = table_.name_of(*week);
     }
     return time;
   }
 
-  // Whether a time in milliseconds stands beside the week, and one since power-up in yet another column: as ArduPilot's
-  // GPS messages have TimeMS, Week and T.
-  bool is_of_week_beside(std::size_t column) const {
+  // Whether a time in milliseconds is that of the week: the table has columns of the week and of the time since
+  // power-up, as ArduPilot's GPS messages have TimeMS, Week and T.
+  bool is_milliseconds_of_week(std::size_t column) const {
     const auto is_other = [&](std::size_t c) {
       return c != column && meanings_[c].key == "time" && table_.columns[c].words.size() == 1;
     };
@@ -227,7 +227,7 @@ class TimeFinder {
 
   // The column of parts of a second that goes with one of whole seconds, such as `stamp.nanosec` with `stamp.sec`: the
   // names differ in the unit alone. Without names it is the next one, of nanoseconds that start again with each second.
-  std::optional<Parts> parts_beside(std::size_t column) const {
+  std::optional<Parts> parts_column(std::size_t column) const {
     const SampledColumn& whole = table_.columns[column];
     if (!whole.is_whole()) return std::nullopt;
     const auto within_second = [&](std::size_t c, const std::string& unit) {
@@ -244,9 +244,9 @@ class TimeFinder {
     const TimeStem stem = stem_of(whole);
     if (stem.unit != "s") return std::nullopt;
     for (std::size_t c = 0; c < table_.columns.size(); ++c) {
-      const TimeStem beside = stem_of(table_.columns[c]);
-      if (beside.words != stem.words || beside.unit.empty() || beside.unit == "s") continue;
-      if (within_second(c, beside.unit)) return Parts{c, beside.unit};
+      const TimeStem other = stem_of(table_.columns[c]);
+      if (other.words != stem.words || other.unit.empty() || other.unit == "s") continue;
+      if (within_second(c, other.unit)) return Parts{c, other.unit};
     }
     return std::nullopt;
   }
@@ -272,7 +272,7 @@ class TimeFinder {
   bool is_named_time(std::size_t column) const {
     const bool whole_date =
         meanings_[column].key == "date" && table_.columns[column].first().find(':') != std::string_view::npos;
-    return meanings_[column].key == "time" || whole_date || parts_beside(column).has_value();
+    return meanings_[column].key == "time" || whole_date || parts_column(column).has_value();
   }
 
   const std::string& file_;

@@ -110,10 +110,10 @@ double lively_scatter(const ColumnTable& table, const ColumnTriad& triad) {
   return *at;
 }
 
-// Of the first columns of triads as large as gravity those of the forces. Of all triads only forces have a magnitude
-// of 9.8, and it scatters little. A magnetometer's field of unit length is as steady as forces in g at rest, and
-// steadier in motion.
-std::optional<std::size_t> likeliest_forces(const ColumnTable& table, std::vector<std::size_t> candidates) {
+// The first column of the specific force, among those of triads as large as gravity. Of all triads only forces have a
+// magnitude of 9.8, and it scatters little. A magnetometer's field of unit length is as steady as forces in g at rest,
+// and steadier in motion.
+std::optional<std::size_t> most_likely_forces(const ColumnTable& table, std::vector<std::size_t> candidates) {
   constexpr double kSteady = 0.2, kMotion = 0.05;  // of the length
   const auto triad = [](std::size_t c) { return ColumnTriad{c, c + 1, c + 2}; };
   const auto in_metres = [&](std::size_t c) { return is_near(usual_magnitude(table, triad(c)), kStandardGravity); };
@@ -222,7 +222,7 @@ UnitGuess turn_unit(const ColumnTable& table, const ColumnTriad& triad) {
             fmt::format("deg/s is taken, as the noise of {:.2g} is that of few sensors in rad/s: check it", noise)};
   }
   if (noise > 0 && noise < kQuietDegrees) return {"rad/s"};
-  return {"rad/s", fmt::format("whether rates are in rad/s or deg/s their values do not tell (noise {:.2g}, largest "
+  return {"rad/s", fmt::format("the values do not determine whether rates are in rad/s or deg/s (noise {:.2g}, largest "
                                "{:.3g}): rad/s is taken",
                                noise, largest)};
 }
@@ -319,7 +319,7 @@ std::optional<ValueTriads> find_triads(const ColumnTable& table, std::size_t tim
   for (std::size_t c = 0; c < count; ++c) {
     if (is_candidate(c) && (!any_aligned || aligned(c))) candidates.push_back(c);
   }
-  const auto accel = likeliest_forces(table, candidates);
+  const auto accel = most_likely_forces(table, candidates);
   if (!accel) return std::nullopt;
   std::fill_n(taken.begin() + static_cast<std::ptrdiff_t>(*accel), 3, true);
   // The nearest three on either side.

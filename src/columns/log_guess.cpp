@@ -86,8 +86,8 @@ bool states_rate(std::string_view head) {
 
 constexpr std::string_view kPvt{"\xB5\x62\x01\x07"}, kPosLlh{"\xB5\x62\x01\x02"};
 
-// Whether sentences of NMEA stand between frames of u-blox of which none, or few beside them, is a position: receivers
-// answer a configuration so, and programs ask for single ones.
+// Whether sentences of NMEA stand between frames of u-blox, of which none is a position, or few compared with the
+// sentences. Receivers answer a configuration with such frames, and programs ask for single ones.
 bool is_nmea_with_frames(std::string_view content) {
   return holds_nmea(content) && 2 * count_of(content, kPvt) < count_of(content, "GGA,") + count_of(content, "GNS,") + 1;
 }
@@ -140,7 +140,7 @@ LogGuess guess_nmea(const std::string& file, std::string_view content, std::stri
   if (!has(content, "GGA,") && !has(content, "GNS,")) {
     throw DataError(file + ":1",
                     "has sentences of NMEA, and neither GGA nor GNS among them: RMC and GLL have no height; let the "
-                    "receiver write GGA beside RMC");
+                    "receiver write GGA as well");
   }
   return found_by(LogKind::kGnss, LogFormat::kNmea, std::move(why));
 }

@@ -71,14 +71,14 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   time.unit = map.text("unit", "");
   const bool digits = time.unit == "hhmmss";
   if (digits && time.of != TimeScale::kBoot) {
-    map.fail("unit", "hhmmss is a time of an unknown day: `of: boot`; with a date beside it, `unit: calendar`");
+    map.fail("unit", "hhmmss is a time of an unknown day: `of: boot`; with a column of the date, `unit: calendar`");
   }
   const bool days = time.unit == kDatenum || time.unit == kSheetDays;
   if (days && time.of != TimeScale::kUtc && time.of != TimeScale::kGps)
     map.fail("unit", fmt::format("{} is a date and a time: `of: utc` or `of: gps`", time.unit));
   if (time.unit != "calendar" && !digits && !days) time.unit = read_unit(map, dimension::kTime);
   if (!time.week.empty() && time.of != TimeScale::kGpsWeek)
-    map.fail("week", "stands beside seconds of week: `of: gps_week`");
+    map.fail("week", "goes with seconds of week: `of: gps_week`");
   const bool calendar = time.unit == "calendar";
   if (calendar && time.of != TimeScale::kUtc && time.of != TimeScale::kGps) {
     map.fail("unit", "calendar times are `of: utc` or `of: gps`");
@@ -86,9 +86,9 @@ ColumnTime read_time(const Config& map, TimeScale scale) {
   if (const auto rest = map.find_map("rest")) {
     time.rest = rest->text("name");
     time.rest_unit = read_unit(*rest, dimension::kTime);
-    if (calendar) map.fail("rest", "stands beside a number, not beside a calendar time");
+    if (calendar) map.fail("rest", "goes with a number, not with a calendar time");
   }
-  if (!time.date.empty() && !calendar) map.fail("date", "stands beside a time of day: `unit: calendar`");
+  if (!time.date.empty() && !calendar) map.fail("date", "goes with a time of day: `unit: calendar`");
   return time;
 }
 
@@ -121,7 +121,7 @@ std::vector<std::string> read_axes(const Config& map, std::size_t columns, std::
 // The direction in which a latitude or longitude grows.
 std::vector<std::string> read_growth(const Config& map, const AxisNames& names, bool lettered) {
   std::vector<std::string> axes = map.words("axes");
-  if (lettered) map.fail("axes", "stands beside a column with signs, not beside `hemisphere`");
+  if (lettered) map.fail("axes", "goes with a column with signs, not with `hemisphere`");
   if (axes.size() != 1 || std::find(names.begin(), names.end(), axes[0]) == names.end()) {
     map.fail("axes", fmt::format("right would be `{}` or `{}`, the direction in which it grows", names[0], names[1]));
   }

@@ -76,7 +76,7 @@ bool is_of_another(const ColumnReader& reader, std::initializer_list<const std::
   });
 }
 
-// Whether a triad is wholly empty beside another that is not: the slower sensor of a table has values in some rows.
+// Whether one triad of a row is empty and another is not: the slower sensor of a table has values in some rows only.
 bool lacks_triad(const ColumnReader& reader, const ImuColumns& columns) {
   return (!columns.gyro.empty() && is_of_another(reader, {&columns.gyro})) ||
          (!columns.accel.empty() && is_of_another(reader, {&columns.accel})) ||
@@ -272,7 +272,7 @@ class FixReader {
     for (const Column& c : place_) {
       if (!reader_.find_value(c)) return false;
     }
-    return tells_place(reader_.value(place_[0]), reader_.value(place_[1]));
+    return has_coordinates(reader_.value(place_[0]), reader_.value(place_[1]));
   }
 
   GeodeticFix fix(double time) const {
@@ -322,8 +322,8 @@ class FixReader {
     const bool known = letter.size() == 1 && (positive.find(letter) != std::string_view::npos ||
                                               negative.find(letter) != std::string_view::npos);
     if (!known || value < 0) {
-      reader_.text().fail(fmt::format("`{}` is no hemisphere of the {} {:.7f} deg; right would be {} or {} beside one "
-                                      "without a sign",
+      reader_.text().fail(fmt::format("`{}` is no hemisphere of the {} {:.7f} deg; right would be {} or {} with an "
+                                      "angle without a sign",
                                       letter, kAngles[i], value / kDegree, positive[0], negative[0]),
                           RowFault::Kind::kText);
     }

@@ -147,7 +147,7 @@ GnssRecording read_gnss_csv(const LogFile& log, RowFaults* faults) {
   GnssRecording gnss{log.file, {}};
   IncreasingTime increasing(log.order());
   const auto row = [&] {
-    if (!tells_place(csv[latitude], csv[longitude])) {
+    if (!has_coordinates(csv[latitude], csv[longitude])) {
       ++gnss.without_fix;
       return;
     }

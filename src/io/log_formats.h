@@ -51,7 +51,7 @@ inline Vector3d unknown_sigma() { return Vector3d::Constant(std::numeric_limits<
 
 /// Whether a row of a receiver's table has a position. Latitude and longitude of exactly 0 are a logger's sign for no
 /// fix. Such a row is counted, and nothing else of it is read.
-inline bool tells_place(double latitude, double longitude) { return latitude != 0 || longitude != 0; }
+inline bool has_coordinates(double latitude, double longitude) { return latitude != 0 || longitude != 0; }
 
 /// Gives a fix the sigmas that its configuration states, if it does. Throws if latitude, longitude or height are then
 /// impossible, or a sigma is not above zero.

@@ -43,7 +43,8 @@ class RecordReader : public RowSource {
     h.accel_scale = positive(41, "dAccelScaleFactor");
     if (flag<std::int32_t>(49, 2, "iUtcOrGpsTime; 0, 1 (UTC) or 2 (GPS)") == 1) {
       refuse(49,
-             "the time tags are UTC, without a date to tell the leap seconds; write them as GPS seconds of the week "
+             "the time tags are UTC, without a date that determines the leap seconds; write them as GPS seconds of the "
+             "week "
              "(iUtcOrGpsTime 2)");
     }
     if (const auto bias = at<double>(57); bias != 0) {

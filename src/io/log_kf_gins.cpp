@@ -51,7 +51,7 @@ GnssRecording read_gnss_kf_gins(const LogFile& log, RowFaults* faults) {
                       found),
           RowFault::Kind::kFields);
     }
-    if (!tells_place(reader.number(1), reader.number(2))) {
+    if (!has_coordinates(reader.number(1), reader.number(2))) {
       ++gnss.without_fix;
       return;
     }

@@ -37,7 +37,7 @@ struct Place {
   FixQuality quality = FixQuality::kUnknown;
   std::uint8_t satellites = 0;
   bool above_sea = false;  ///< the height is, as the geoid's is not stated
-  bool repeats = false;    ///< of GNS, which may stand beside a GGA of the same time
+  bool repeats = false;    ///< of GNS, which may repeat the place of a GGA of the same time
 };
 
 /// The contents of one sentence.
@@ -164,7 +164,7 @@ Contents read_gga(const Sentence& s) {
   return contents;
 }
 
-// The place of several constellations together, which receivers write instead of GGA, or beside it.
+// The place of several constellations together, which receivers write instead of GGA or in addition to it.
 Contents read_gns(const Sentence& s) {
   Contents contents = opening(s, 11);
   const auto quality = quality_of_modes(s.text(6));
@@ -468,7 +468,7 @@ GnssRecording read_gnss_nmea(const LogFile& log, RowFaults* faults) {
     if (!first) {
       throw DataError(row.where(),
                       "the time of day has no date: no RMC with status A follows or precedes it, and no ZDA; let the "
-                      "receiver write RMC beside GGA");
+                      "receiver write RMC as well");
     }
     GeodeticFix fix;
     fix.time = times.next(gps_time(e.day, *e.time_of_day, TimeSystem::kUtc), row);
@@ -522,7 +522,7 @@ std::optional<GpsTime> first_time_nmea(const LogFile& log) {
 FixRecording<HeadingFix> read_heading_nmea(const LogFile& log, double sigma) {
   const Dialect dialect = dialect_of(log);
   const auto first = first_day(log, dialect);
-  if (!first) throw DataError(log.file + ":1", "no RMC or ZDA states the date; let the receiver write RMC beside HDT");
+  if (!first) throw DataError(log.file + ":1", "no RMC or ZDA states the date; let the receiver write RMC as well");
   TextReader reader(log.file, TextReader::Separator::kComma, log.content);
   FixRecording<HeadingFix> recording{log.file, {}};
   Calendar calendar(*first);

@@ -181,7 +181,7 @@ GnssRecording read_gnss_rtklib(const LogFile& log, RowFaults* faults) {
     std::size_t field = 2;
     const double latitude = angle_of(reader, field, header->sexagesimal);
     const double longitude = angle_of(reader, field, header->sexagesimal);
-    if (!tells_place(latitude, longitude)) {
+    if (!has_coordinates(latitude, longitude)) {
       ++gnss.without_fix;
       return;
     }

@@ -59,7 +59,7 @@ bool are_units(const std::vector<std::string_view>& fields) {
   return units > 1 && 2 * units >= said;
 }
 
-// Whether a line is one of these rows, as far as their columns are numbered.
+// Whether a line is one of the chosen rows. Only numbered columns are compared.
 bool are_chosen(const std::vector<std::string_view>& fields, const std::vector<ColumnRows>& chosen) {
   return std::all_of(chosen.begin(), chosen.end(), [&](const ColumnRows& c) {
     const auto number = column_number(c.name).value_or(0);

@@ -174,7 +174,7 @@ TEST_F(Columns, TimesInTwoColumnsAreAddedUp) {
   EXPECT_NEAR(absolute.time[1] - absolute.time[0], 0.600000005, 1e-10);
   EXPECT_NEAR(with("7,250" + row + "8,0" + row, "{name: t, unit: s, rest: {name: n, unit: ms}}").time[0], 7.25, 1e-12);
   EXPECT_TRUE(contains(refused([&] { with(rows, "{name: t, unit: calendar, of: utc, rest: {name: n, unit: ns}}"); }),
-                       "stands beside a number"));
+                       "goes with a number"));
 }
 
 TEST_F(Columns, CommasAreDecimalSignsWhereTheySeparateNothing) {
@@ -704,7 +704,7 @@ TEST_F(Columns, LongitudesThatGrowToTheWest) {
   EXPECT_NEAR(place(", axes: east", "").longitude, -7.25 * kDegree, 1e-12);
   EXPECT_NEAR(place("", ", axes: south").latitude, -46.5 * kDegree, 1e-12);
   EXPECT_TRUE(contains(refused([&] { place(", axes: north", ""); }), "right would be `east` or `west`"));
-  EXPECT_TRUE(contains(refused([&] { place(", axes: west, hemisphere: h", ""); }), "not beside `hemisphere`"));
+  EXPECT_TRUE(contains(refused([&] { place(", axes: west, hemisphere: h", ""); }), "not with `hemisphere`"));
 }
 
 // ---- What the configuration says reads back ----

@@ -25,9 +25,9 @@ struct LogGuess {
   std::string aside = {};  ///< of a part: why another file is preferred to it, or why none needs it; or empty
   std::optional<ColumnTime> boot_time = {};  ///< of a receiver's log that has the time since power-up as well
   std::vector<std::string> doubts = {};      ///< what the user should check
-  bool guessed_rates = false;                ///< of an IMU: no header tells the unit of the gyroscopes
-  bool guessed_sign = false;                 ///< of an IMU: nothing tells the sign of the forces
-  /// Pairs of the log's time and GPS seconds of week, where rows beside those of the sensor state both.
+  bool guessed_rates = false;                ///< of an IMU: no header states the unit of the gyroscopes
+  bool guessed_sign = false;                 ///< of an IMU: the sign of the forces is not determined
+  /// Pairs of the log's time and GPS seconds of week, where other rows than those of the sensor state both.
   std::vector<std::pair<double, double>> clock = {};
   std::vector<LogGuess> beside = {};  ///< other logs in the same file, such as a receiver's with an IMU's
   std::string lost = {};              ///< the part of the file that cannot be used, and why; or empty

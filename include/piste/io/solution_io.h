@@ -20,7 +20,7 @@ struct NumberTable {
   std::vector<double> values;
 };
 
-/// The time that a file of rows has beside time_s.
+/// The time that a file of rows has in addition to time_s.
 enum class RowTime {
   kSeconds,  ///< none
   kGpsWeek,  ///< `gps_week`
