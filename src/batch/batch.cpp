@@ -93,13 +93,13 @@ Solution SolvedBatch::solution(const ProgressCallback& progress) const {
   std::vector<std::size_t> rows(chain.epochs.size());
   std::iota(rows.begin(), rows.end(), std::size_t{0});
   out.reserve(rows.size());
-  constexpr std::size_t kTold = 1000;
+  constexpr std::size_t kReportedEvery = 1000;
   const ArrowMatrix P = newton.equations.covariance();
   out.attitude_correlation_time = correlation_time(attitude_lags(world, layout, chain, at_nodes, newton.equations, P));
   visit_epochs(*terms, options, world, at_nodes, P, rows,
                [&](std::size_t row, double time, const SmoothedState& state) {
                  out.append(time, state.x, sigmas_of(world, state.x, layout.whole, state.P));
-                 if (progress && row % kTold == 0) {
+                 if (progress && row % kReportedEvery == 0) {
                    progress(static_cast<double>(row) / static_cast<double>(rows.size()));
                  }
                });

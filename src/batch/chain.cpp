@@ -15,8 +15,8 @@
 namespace piste {
 namespace {
 
-// s between nodes at least. What the IMU tells over less is 1e16 times what a fix tells, and normal equations in double
-// precision cannot hold both. A body at 5 m/s² changes its velocity by a centimetre a second.
+// The least interval between nodes [s]. Over less, the information of the IMU is 1e16 times that of a fix, and normal
+// equations in double precision cannot hold both. A body at 5 m/s² changes its velocity by a centimetre a second.
 constexpr double kMoment = 2e-3;
 
 // Takes the walk that the filter took, and lays it out as a chain.
@@ -59,7 +59,7 @@ class ChainLayer {
     chain_.intervals.resize(chain_.nodes.size() - 1);
   }
 
-  // What the walk asks and tells (walker.h).
+  // The interface of the walk (walker.h).
   double time() const { return time_; }
   const Estimate& estimate() const { return x_; }
   // What scales of several units do across the axes is as it was found in the round before.

@@ -132,7 +132,7 @@ BatchStep minimise(const BatchTerms& terms, const std::vector<double>& weights, 
   options.logging_type = ceres::SILENT;
   options.initial_trust_region_radius = 1e12;  // as Gauss and Newton, unless that does not go down
   options.max_trust_region_radius = 1e16;
-  options.function_tolerance = 1e-6;  // refine() does what is left
+  options.function_tolerance = 1e-6;  // refine() does the remainder
   options.gradient_tolerance = 0;
   options.parameter_tolerance = 0;
   constexpr int kMost = 100;

@@ -65,11 +65,11 @@ void put_whitened(const Linearization& lin, const Matrix3d& W, const Offsets& of
   }
 }
 
-// `variance`: that of a process beside the IMU's, with its first row.
+// `variance`: that of a process other than the IMU's, with its first row.
 template <class Variance>
 void fill_noise(const BatchLayout& layout, const ImuSum& sum, Blocks::View P, const Variance& variance) {
-  // m: over milliseconds the samples tell the way to nanometres, of which the difference of two places has no digits
-  // left. Ten nanometres at each node come to a third of a micrometre in a minute.
+  // m. Over milliseconds the samples determine the distance to nanometres, beyond the digits of the difference of two
+  // positions. Ten nanometres at each node come to a third of a micrometre in a minute.
   constexpr double kFinest = 1e-8;
   P.setZero();
   P.topLeftCorner<9, 9>() = sum.noise.topLeftCorner<9, 9>();

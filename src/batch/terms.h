@@ -82,8 +82,8 @@ class BatchTerms {
   Offsets of_node_, of_constant_;
   Estimate start_;
   Eigen::MatrixXd prior_;  // whitening, in the order of the run's error vector
-  Blocks processes_;    // of each interval, by row of a node: what is left of a value, and the variance that is added
-  Blocks information_;  // of each interval
+  Blocks processes_;       // of each interval, by row of a node: the decay of a value, and the variance that is added
+  Blocks information_;     // of each interval
   std::vector<Fix> fixes_;
   ArrowRows rows_;  // of each fix
 };

@@ -91,7 +91,7 @@ struct OffsetSums {
 
 [[noreturn]] void refuse_clock(const LocalOffset& local, const std::string& name) {
   throw DataError(name, fmt::format("the clock of the body IMU does not run evenly: about {:.1f} s it is {:.1f} "
-                                    "ms beside offset and drift; samples or time stamps are wrong there. Align "
+                                    "ms off the fitted offset and drift; samples or time stamps are wrong there. Align "
                                     "the parts one by one with `span`",
                                     local.time, 1e3 * local.offset));
 }

@@ -21,7 +21,7 @@ void refuse_jumps(const SignalPair& signals, const FilteredPair& pair, const Ali
 std::vector<LocalOffset> local_offsets(const FilteredPair& pair, const AlignmentFit& fit);
 
 /// The wander of the clock, as 1-sigma [s]: the scatter of the local offsets about a line in excess of their own
-/// noise (the variance component of DerSimonian and Laird 1986, Controlled Clinical Trials 7, beside the two numbers of
+/// noise (the variance component of DerSimonian and Laird 1986, Controlled Clinical Trials 7, given the two numbers of
 /// the line: Thompson and Sharp 1999, Statistics in Medicine 18). It is 0 if noise explains all of it. Throws
 /// DataError, of the log `name`, if one offset stands out by 20 ms and 6 sigmas, or if the wander exceeds 5 ms.
 double clock_wander(const std::vector<LocalOffset>& local, const std::string& name);

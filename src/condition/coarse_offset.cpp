@@ -201,7 +201,7 @@ CoarseOffset find_offset(const std::vector<ImuSample>& body, const std::vector<I
   }
   if (found.evidence < kEvident) {
     throw DataError(name,
-                    fmt::format("the two IMUs have no motion in common that would tell the offset of their clocks: "
+                    fmt::format("the two IMUs have no motion in common that determines the offset of their clocks: "
                                 "the norms of their rates (rms {:.3g} and {:.3g} deg/s) correlate by {:.2f} at "
                                 "best; are the logs of the same run, and does it hold motion?",
                                 kDegreesPerRadian * rms(body), kDegreesPerRadian * rms(reference), found.peak.peak));

@@ -24,8 +24,8 @@ struct Level {
 Vector3d leap_to(const std::vector<GnssFix>& fixes, std::size_t k, double& sigma) {
   std::vector<Vector3d> around;
   double longest = 0;
-  constexpr std::size_t kBeside = 4;
-  for (std::size_t i = k - std::min(k, kBeside); i <= k + kBeside; ++i) {
+  constexpr std::size_t kEitherSide = 4;
+  for (std::size_t i = k - std::min(k, kEitherSide); i <= k + kEitherSide; ++i) {
     if (i == 0 || i == k || i >= fixes.size()) continue;
     const double dt = fixes[i].time - fixes[i - 1].time;
     around.emplace_back((fixes[i].position - fixes[i - 1].position) / dt);

@@ -9,7 +9,7 @@
 namespace piste {
 
 /// Fills the samples that are marked as gaps, whose times and intervals are set already. The rates lie on the straight
-/// line between the mean rates of the 0.2 s on either side, as far as these were measured.
+/// line between the mean rates of the measured samples of the 0.2 s on either side.
 ///
 /// The noise of this line is measured in the log. The same line is drawn over every stretch of the gap's length within
 /// 10 s of the gap (or five times its length, if that is more), and compared with the measured samples. The noise is

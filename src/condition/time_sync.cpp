@@ -128,7 +128,7 @@ Alignment judged(const AlignmentFit& fit, const AlignmentInformation& covariance
 
   if (!std::isfinite(a.variance(Layout::kClockOffset))) {
     throw DataError(options.name,
-                    "the motion does not tell the offset of the clocks to 5 ms; take a log with livelier motion");
+                    "the motion does not determine the offset of the clocks to 5 ms; take a log with livelier motion");
   }
   constexpr double kLargestClockDrift = 0.01;  // as in the clock of a configuration
   if (std::abs(a.clock_drift) > kLargestClockDrift) {
@@ -140,7 +140,7 @@ Alignment judged(const AlignmentFit& fit, const AlignmentInformation& covariance
   a.covariance(Layout::kClockOffset, Layout::kClockOffset) += wander * wander;
   if (wander > 0) {
     a.warnings.push_back(
-        fmt::format("the clock of the body IMU wanders by {:.2f} ms (rms) beside offset and "
+        fmt::format("the clock of the body IMU wanders by {:.2f} ms (rms) about offset and "
                     "drift, which the sigma of the offset includes",
                     1e3 * wander));
   }

@@ -16,7 +16,7 @@ namespace piste {
 
 std::string consistency_verdict(const ConsistencyReport& report) {
   if (report.consistent()) {
-    return fmt::format("Consistent: over {} runs, under way, the NEES of every group is 1, as far as they tell ({}).",
+    return fmt::format("Consistent: over {} runs, under way, the NEES of every group is 1 within its bounds ({}).",
                        report.runs, percent(report.probability));
   }
   std::vector<std::string> reasons;

@@ -92,8 +92,8 @@ class Following {
       const auto y = [&](int k) { return values[i + 2 - static_cast<std::size_t>(2 - k)](axis); };
       const auto e = [&](int k) { return late[i + 2 - static_cast<std::size_t>(2 - k)]; };
       const double slope = (y(-2) - 8 * y(-1) + 8 * y(1) - y(2)) / 12;
-      const double beside = (-e(-2) + 4 * e(-1) + 4 * e(1) - e(2)) / 6;
-      points.push_back({slope * (e(0) - beside), y(0) - (-y(-2) + 4 * y(-1) + 4 * y(1) - y(2)) / 6});
+      const double neighbours = (-e(-2) + 4 * e(-1) + 4 * e(1) - e(2)) / 6;
+      points.push_back({slope * (e(0) - neighbours), y(0) - (-y(-2) + 4 * y(-1) + 4 * y(1) - y(2)) / 6});
       sizes.push_back(std::abs(points.back().residual));
     }
     if (sizes.empty()) return;

@@ -288,7 +288,7 @@ bool Evaluation::has_sigmas() const {
 Evaluation evaluate(const Trajectory& estimate, const Trajectory& reference, const EvaluationOptions& options) {
   if (estimate.has_time != reference.has_time) {
     const Trajectory& without = estimate.has_time ? reference : estimate;
-    throw DataError(without.file, "has no times; let STEM_times.txt stand beside it, one a row");
+    throw DataError(without.file, "has no times; put them into STEM_times.txt next to it, one a row");
   }
   Evaluation found;
   found.estimate = estimate.file;

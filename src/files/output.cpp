@@ -54,7 +54,7 @@ std::unique_lock<std::mutex> OutputFolder::abandon_all() {
 
 void OutputFolder::abandon() {
   std::error_code ignored;
-  for (const Pending& p : pending_) std::filesystem::remove(p.beside, ignored);
+  for (const Pending& p : pending_) std::filesystem::remove(p.partial, ignored);
   // The innermost folder first; a folder that has other files stays.
   for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) std::filesystem::remove(*folder, ignored);
 }
@@ -79,8 +79,8 @@ void OutputFolder::write(const std::string& name, std::string_view content) {
   stream(name, [content](const TextSink& sink) { sink(content); });
 }
 
-OutputFile::OutputFile(std::filesystem::path place, const std::filesystem::path& beside)
-    : place_(std::move(place)), file_(beside, std::ios::binary | std::ios::trunc) {}
+OutputFile::OutputFile(std::filesystem::path place, const std::filesystem::path& partial)
+    : place_(std::move(place)), file_(partial, std::ios::binary | std::ios::trunc) {}
 
 void OutputFile::write(std::string_view piece) {
   file_.write(piece.data(), static_cast<std::streamsize>(piece.size()));
@@ -95,11 +95,11 @@ OutputFile OutputFolder::open(const std::string& name) {
   const std::lock_guard lock(folders().mutex);
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
-  const std::filesystem::path beside = partial(name);
+  const std::filesystem::path unfinished = partial(name);
   // A file that is written again is one file.
   const bool again = std::any_of(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.place == place; });
-  if (!again) pending_.push_back({beside, place});
-  return {place, beside};
+  if (!again) pending_.push_back({unfinished, place});
+  return {place, unfinished};
 }
 
 void OutputFolder::stream(const std::string& name, const std::function<void(const TextSink&)>& pieces) {
@@ -124,7 +124,7 @@ void OutputFolder::commit() {
   for (const auto& file : withdrawn_) std::filesystem::remove(file);
   std::set<std::filesystem::path> written;
   for (const Pending& p : pending_) {
-    std::filesystem::rename(p.beside, p.place);
+    std::filesystem::rename(p.partial, p.place);
     written.insert(p.place.parent_path());
   }
   for (const auto& folder : written) remove_partial_files(folder);

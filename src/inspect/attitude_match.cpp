@@ -155,7 +155,7 @@ std::optional<AttitudeFit> fit_rates(const std::vector<ImuSample>& reference, co
     if (i == 0) {
       const BoresightFromRates start = closed_form(pairs);
       if (!std::isfinite(start.covariance(0, 0))) {
-        why_not = "the body turns about one axis only, which does not tell the axes";
+        why_not = "the body turns about one axis only, which does not determine the axes";
         return std::nullopt;
       }
       x.q_rs = start.q_rb;
@@ -217,7 +217,7 @@ AttitudeMatch match(const ImuRecording& imu, const AttitudeRecording& attitude) 
   const double cell = std::max({kRateCell, reference.front().interval, longest / kMostNorms});
   const RateNorms body = rate_norms(turns.samples(), cell), other = rate_norms(reference, cell);
   if (const double most = std::max(root_mean_square(body.value), root_mean_square(other.value)); most < kStill) {
-    m.why_not = fmt::format("the motion does not tell: the body turns by {:.2g} deg/s (rms) only", most / kDegree);
+    m.why_not = fmt::format("not determined by the motion: the body turns by {:.2g} deg/s (rms) only", most / kDegree);
     return m;
   }
   const double ratio = root_mean_square(body.value) / std::max(root_mean_square(other.value), 1e-12);
@@ -229,7 +229,7 @@ AttitudeMatch match(const ImuRecording& imu, const AttitudeRecording& attitude) 
   const CoarseOffset coarse = correlate(body, other, kShortestCommon);
   m.correlation = coarse.peak.peak;
   if (coarse.evidence < kEvident) {
-    m.why_not = fmt::format("the motion does not tell: the rates correlate by {:.2f} at best", m.correlation);
+    m.why_not = fmt::format("not determined by the motion: the rates correlate by {:.2f} at best", m.correlation);
   } else if (coarse.over_rival < kEvident) {
     m.why_not =
         fmt::format("the motion repeats itself: the rates correlate by {:.3f} at {:.2f} s, and by {:.3f} elsewhere",

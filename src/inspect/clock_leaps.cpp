@@ -41,13 +41,13 @@ std::vector<ClockStep> clock_leaps(const ImuRecording& imu, const std::vector<In
   // Quantiles of the normal distribution: a gap is taken for a step once in a million times, a step for a gap once in
   // a thousand.
   const double leaps = normal_quantile(1 - 1e-6 / 2), same = normal_quantile(1 - 1e-3 / 2);
-  constexpr double kNear = 1;        // s beside the two offsets that are compared
+  constexpr double kNear = 1;        // s around the two offsets that are compared
   constexpr std::size_t kOften = 8;  // no clock is set so often in a log: that loses rows
   const Track track(gnss, health);
   std::vector<ClockStep> steps;
   if (gaps.empty() || track.empty()) return steps;
   const double interval = ImuIntegral(imu).interval(), least = leaps * std::sqrt(2) * clock_sigma(0, health);
-  std::vector<Interval> wide;  // those that the motion could tell
+  std::vector<Interval> wide;  // those that the motion can resolve
   std::ranges::copy_if(gaps, std::back_inserter(wide),
                        [&](const Interval& gap) { return gap.end - gap.start - interval > least; });
   if (wide.size() > kOften) return steps;

@@ -8,9 +8,10 @@
 
 namespace piste {
 
-/// The gaps of an IMU's log that are steps of its clock: the offset against the receiver's clock, by the motion before
-/// and behind the gap, changes by what the stamps have more than one row. `gaps`: each from the row before it to the
-/// row after it, as Sampling has them. Where the motion does not tell the offset on both sides, a gap stays one.
+/// The gaps of an IMU's log that are steps of its clock. The motion before and behind such a gap gives two offsets
+/// against the receiver's clock. They differ by the excess of the gap over one interval. `gaps`: each from the row
+/// before it to the row after it, as Sampling has them. A gap remains one if the motion does not determine both
+/// offsets.
 std::vector<ClockStep> clock_leaps(const ImuRecording& imu, const std::vector<Interval>& gaps,
                                    const GnssRecording& gnss, const GnssHealth& health);
 

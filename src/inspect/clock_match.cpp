@@ -26,7 +26,7 @@ constexpr double kCertainCorrelation = 0.95, kLeastCorrelation = 0.85, kBeyondDo
 // A calm hour shakes the IMU more than it turns: the correlation was 0.64, but the evidence 1060 above any other
 // offset, and nearly twice that of the best rival. The motion must fit the track in addition.
 constexpr double kTimesRival = 1.5;
-constexpr double kTold = 0.5;  // R² of a turn rate that determines the gyroscopes' unit
+constexpr double kDetermined = 0.5;  // R² of a turn rate that determines the gyroscopes' unit
 
 using Series = std::vector<double>;
 
@@ -303,7 +303,7 @@ Regression turns_on(const ImuIntegral& imu, const Track& track, double offset, c
 }
 
 // R² of the turns on the rates, and the coefficients.
-double told_by(const Regression& r, Vector3d& b) {
+double explained_part(const Regression& r, Vector3d& b) {
   const double floor = 1e-4 * (r.xx / r.n - r.x / r.n * (r.x / r.n).transpose()).trace();
   return r.fit(floor, 0, b);
 }
@@ -316,8 +316,8 @@ double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
   const Regression r = turns_on(imu, track, offset, grid, [](const Vector3d& rate, const Vector3d&) { return rate; });
   if (r.n * grid.step < kShortestOverlap) return 0;
   Vector3d b;
-  const bool told = told_by(r, b) > kTold && b.norm() > 0;
-  return told ? 1 / b.norm() : 0;
+  const bool determined = explained_part(r, b) > kDetermined && b.norm() > 0;
+  return determined ? 1 / b.norm() : 0;
 }
 
 double turn_correlation(const ImuIntegral& imu, const Track& track, double offset) {
@@ -331,8 +331,8 @@ double turn_correlation(const ImuIntegral& imu, const Track& track, double offse
                    down = turns_on(imu, track, offset, grid, about_down);
   if (all.n * grid.step < kShortestOverlap) return 0;
   Vector3d b;
-  const double of_all = told_by(all, b), of_down = told_by(down, b);
-  if (!(of_all > kTold) || of_down < kMost * of_all) return 0;
+  const double of_all = explained_part(all, b), of_down = explained_part(down, b);
+  if (!(of_all > kDetermined) || of_down < kMost * of_all) return 0;
   return std::copysign(std::sqrt(of_down), b.x());
 }
 

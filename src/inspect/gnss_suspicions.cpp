@@ -139,10 +139,10 @@ std::vector<Suspicion> suspicions(const GnssHealth& h, const RowFaults& faults, 
   if (h.sampling.interval > kSparseFixes) {
     add(LogFault::kLowRate,
         fmt::format(
-            "a fix every {:.3g} s: the track between them is unknown, so that it tells neither axes nor units of "
-            "an IMU",
+            "a fix every {:.3g} s: the track between them is unknown, so that it determines neither axes nor units "
+            "of an IMU",
             h.sampling.interval),
-        "log a fix a second or more; gravity tells down, and `axes` has the rest");
+        "log a fix a second or more; gravity gives down, and `axes` has the rest");
   }
   if (h.velocities == 0) {
     add(LogFault::kNoVelocity, "no velocities", "log the receiver's velocities where it has them");
@@ -152,7 +152,7 @@ std::vector<Suspicion> suspicions(const GnssHealth& h, const RowFaults& faults, 
         "without motion the heading is not found");
   }
   if (h.without_fix > 0) {
-    add(LogFault::kNoFix, fmt::format("{} epochs without a fix beside {} with one", h.without_fix, h.sampling.rows),
+    add(LogFault::kNoFix, fmt::format("{} epochs without a fix, against {} with one", h.without_fix, h.sampling.rows),
         "see where the antenna did not see the sky");
   }
   std::stable_sort(found.begin(), found.end(),

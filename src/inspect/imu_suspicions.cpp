@@ -61,7 +61,7 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
     add(LogFault::kSpikes,
         fmt::format("{} isolated {} that the motion around them does not explain, the first at t = {:.3f} s",
                     t.isolated, gyro ? "angular rates" : "specific forces", t.first_isolated),
-        "replay replaces them by the line between the rows beside them, and counts them as `spikes`");
+        "replay replaces them by the line between the adjacent rows, and counts them as `spikes`");
   }
   // An axis with a single value is constant, not rounded.
   Eigen::Index axis = 0;

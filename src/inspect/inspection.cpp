@@ -141,7 +141,7 @@ std::string receiver_noise(const Calibration& found, const InspectedLog& log) {
 
 constexpr double kLoose = 5;           // times a sigma by the motion, as the replay uses the same motion again
 constexpr double kMostArm = 1;         // m: the prior of an unobserved lever arm
-constexpr double kAsTold = 0.01;       // s: sigma of a delay that the log itself states
+constexpr double kStatedDelay = 0.01;  // s: sigma of a delay that the log itself states
 constexpr double kLeastDelay = 0.005;  // s: smallest prior of a delay
 
 double late_prior(double sigma) {
@@ -166,8 +166,8 @@ std::optional<LateVelocities> late_velocities(const InspectedLog& log, double wr
   const auto& velocity = log.gnss_health->velocity;
   if (const auto delay = velocity ? velocity->known_delay() : std::nullopt)
     return LateVelocities{.delay = *delay, .sigma = velocity->sigma_delay, .prior = late_prior(velocity->sigma_delay)};
-  if (const double told = log.gnss.velocity_latency; told != 0)
-    return LateVelocities{.delay = told, .sigma = kAsTold, .prior = late_prior(kAsTold)};
+  if (const double stated = log.gnss.velocity_latency; stated != 0)
+    return LateVelocities{.delay = stated, .sigma = kStatedDelay, .prior = late_prior(kStatedDelay)};
   return std::nullopt;
 }
 
@@ -207,15 +207,15 @@ std::string steps_text(const std::vector<ClockStep>& steps) {
 
 std::string as_likely(const MotionMatch& motion) {
   if (motion.as_likely.empty()) return "as the motion has them";
-  return fmt::format("the IMU sits askew: as likely are {}; the angles are told by these axes",
+  return fmt::format("the IMU sits askew: as likely are {}; the angles are relative to these axes",
                      fmt::join(motion.as_likely, ", "));
 }
 
-// A comment on a key whose value the logs do not tell; empty where they do.
+// A comment on a key whose value the logs do not determine; empty where they do.
 std::string doubt_text(const Inspection& inspection, const std::string& key) {
   const auto doubt = std::ranges::find(inspection.doubts, key, &InspectedDoubt::key);
   if (doubt == inspection.doubts.end()) return {};
-  return fmt::format("# The logs do not tell {}: {}.\n", doubt->what, doubt->readings_text());
+  return fmt::format("# The logs do not determine {}: {}.\n", doubt->what, doubt->readings_text());
 }
 
 }  // namespace
@@ -241,7 +241,7 @@ std::string Calibration::why_no_arm() const {
       fmt::format("{:.2f} {:.2f} {:.2f} m +- {:.2f} {:.2f} {:.2f} (forward right down)", lever_arm.x(), lever_arm.y(),
                   lever_arm.z(), lever_arm_sigma.x(), lever_arm_sigma.y(), lever_arm_sigma.z());
   return fits()
-             ? fmt::format("The motion tells the lever arm too roughly to be used: {}.", found)
+             ? fmt::format("The motion determines the lever arm too roughly to be used: {}.", found)
              : fmt::format("The filter rejected {} of {} measurements, so that the lever arm it found is not used: {}.",
                            rejected, used + rejected, found);
 }
@@ -385,8 +385,8 @@ std::optional<double> written_velocity_delay(const Inspection& inspection, const
 
 namespace {
 
-// The filter measures the clock beside the antenna's place, which the comparison of turn rates knows nothing of: a
-// finding that the filter refutes is not made.
+// Removes a finding about the clock that the filter refutes. The filter also estimates the antenna's place, which the
+// comparison of turn rates neglects.
 void drop_refuted_clocks(Inspection& inspection) {
   constexpr double kSure = 3;
   const LogMatch* match = inspection.first_match();
@@ -493,7 +493,8 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     text += fmt::format("  - {}", file_keys(log, folder, "    "));
     if (log.calibration && log.calibration->fits() && log.calibration->in_housing) {
       text +=
-          "    lever_arm: 0 0 0 m            # likeliest with the antenna in the IMU's housing, as in a phone; measure "
+          "    lever_arm: 0 0 0 m            # most likely with the antenna in the IMU's housing, as in a phone; "
+          "measure "
           "it "
           "otherwise\n";
     } else if (log.calibration && log.calibration->tells_arm()) {
@@ -551,13 +552,13 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
     }
     text += fmt::format("{}  - {}    correlation_time: 60 s        # of its errors\n", reference ? "" : "attitude:\n",
                         file_keys(log, folder, "    "));
-    if (const AttitudeMatch* beside = inspection.attitude_match(log)) {
+    if (const AttitudeMatch* matched = inspection.attitude_match(log)) {
       // The rates determine one offset for the whole run: the IMU's clock is taken at its middle.
-      const double offset = imu.clock_offset + imu.clock_drift * (beside->imu.end - beside->imu.start) / 2;
-      if (beside->is_late(offset)) {
+      const double offset = imu.clock_offset + imu.clock_drift * (matched->imu.end - matched->imu.start) / 2;
+      if (matched->is_late(offset)) {
         text += fmt::format("    {}             # as the motion has it, +- {}\n",
-                            attitude_delay_text(*beside->fit, offset), time_text(beside->fit->sigma_offset));
-        late_sources.attitude = late_prior(beside->fit->sigma_offset);
+                            attitude_delay_text(*matched->fit, offset), time_text(matched->fit->sigma_offset));
+        late_sources.attitude = late_prior(matched->fit->sigma_offset);
       }
     }
     if (log.log.sigma) {

@@ -105,7 +105,7 @@ std::optional<LogMatch> compared_interchanged(const LogMatch& m, const ImuIntegr
 
 LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHealth& health,
                const std::vector<Interval>& rest) {
-  constexpr double kWellTold = 0.05;  // s
+  constexpr double kWellKnownDelay = 0.05;  // s
   LogMatch m;
   if (imu.time.size() < 3 || gnss.fixes.size() < 3) return m;
   const ImuIntegral integral(imu);
@@ -118,7 +118,8 @@ LogMatch match(const ImuRecording& imu, const GnssRecording& gnss, const GnssHea
     m.interval = 0;
     return m;
   }
-  m.velocities_may_be_late = health.velocities > 0 && !(health.velocity && health.velocity->sigma_delay < kWellTold);
+  m.velocities_may_be_late =
+      health.velocities > 0 && !(health.velocity && health.velocity->sigma_delay < kWellKnownDelay);
   m.force = median_force(imu, m.interval);
   compare(m, integral, Track(gnss, health), health, rest);
   if (auto other = compared_interchanged(m, integral, gnss, health, rest)) return std::move(*other);

@@ -28,8 +28,8 @@ struct Meaning {
   bool known = false;
 };
 
-Meaning meaning_of(double offset, bool told) {
-  if (told) {
+Meaning meaning_of(double offset, bool stated) {
+  if (stated) {
     return {LogFault::kClockOffset, "so much its own two times of a fix are apart from its motion",
             "the whole offset stands in `clock:` of replay.yaml, with this part of it where the motion is sure", false};
   }
@@ -67,7 +67,7 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
   if (!m.clock) {
     if (apart) {
       add(LogFault::kNoOverlap, "the logs have no time in common: " + spans,
-          "are they of the same run? Their motions do not tell an offset either");
+          "are they of the same run? Their motions determine no offset either");
     }
     return;
   }
@@ -75,7 +75,7 @@ void suspect_clock(const LogMatch& m, const std::string& imu_file, const std::st
   if (std::abs(c.offset) < std::max(kClockError, 5 * c.sigma)) return;
   if (m.velocities_may_be_late && std::abs(c.offset) < kLatest) {
     add(LogFault::kVelocityDelay,
-        fmt::format("its clock is {:.2f} ± {:.2f} s {} the receiver's velocities: the positions are too coarse to tell "
+        fmt::format("its clock is {:.2f} ± {:.2f} s {} the receiver's velocities: the positions are too coarse to show "
                     "whether the clock is wrong or the velocities come {}",
                     std::abs(c.offset), c.sigma, c.offset > 0 ? "ahead of" : "behind", c.offset > 0 ? "early" : "late"),
         "replay estimates both: `velocity_delay` and `gnss_delay`");

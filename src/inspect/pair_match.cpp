@@ -53,8 +53,8 @@ bool far_apart(const PairMatch& m) {
 
 // No two antennas of one body differ by that height; the geoid is up to 107 m from the ellipsoid.
 bool other_heights(const PairMatch& m) {
-  constexpr double kMostAbove = 5, kBeside = 0.5;  // m; horizontal distance as a fraction of the vertical
-  return far_apart(m) && std::abs(m.above) > kMostAbove && m.horizontal < kBeside * std::abs(m.above);
+  constexpr double kMostAbove = 5, kMostHorizontal = 0.5;  // m; horizontal distance as a fraction of the vertical
+  return far_apart(m) && std::abs(m.above) > kMostAbove && m.horizontal < kMostHorizontal * std::abs(m.above);
 }
 
 }  // namespace

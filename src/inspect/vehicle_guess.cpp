@@ -17,7 +17,7 @@ namespace {
 constexpr double kFast = 5;                     // m/s: the speed that find_vehicle_mounting() needs
 constexpr double kMean = 2;                     // s over which forces are averaged, because engine and road shake
 constexpr double kLeastDriving = 120;           // s: mounting needs 60 s, which must remain after an outage
-constexpr double kTold = 20;                    // s: least time for a meaningful fit
+constexpr double kLeastFitted = 20;             // s: least time for a meaningful fit
 constexpr double kTurningCourse = 5 * kDegree;  // rad/s: turns that a receiver's course shows
 
 // The means over a window of motion in which the body is fast.
@@ -79,7 +79,7 @@ VehicleGuess guess_vehicle(const ImuRecording& imu, const GnssRecording& gnss, c
   const Track track(gnss, health);
   const std::vector<DrivenWindow> windows = driven(integral, track, match.clock->offset);
   g.driving = kMean * static_cast<double>(windows.size());
-  if (g.driving < kTold) return g;
+  if (g.driving < kLeastFitted) return g;
   // force = forward · along + right · across + up, by least squares.
   Matrix3d normal = Matrix3d::Zero(), right_side = Matrix3d::Zero();
   for (const DrivenWindow& w : windows) {

@@ -46,8 +46,8 @@ BodyMotion MeasurementContext::motion(const Estimate& x) const {
 Vector3d MeasurementContext::rate_without_noise(const Estimate& x) const {
   if (still) return Vector3d::Zero();
   const Vector3d force = step.mean_force() + (into_step - 0.5 * step.dt) * step.force_slope;
-  const Vector3d beside = corrected_rate(neighbour_rate, force, x);
-  return rate_regression ? Vector3d(rate_regression->matrix() * beside) : beside;
+  const Vector3d neighbours = corrected_rate(neighbour_rate, force, x);
+  return rate_regression ? Vector3d(rate_regression->matrix() * neighbours) : neighbours;
 }
 
 double MeasurementContext::observed_noise() const {

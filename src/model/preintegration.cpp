@@ -157,10 +157,10 @@ SumStep Preintegration::add(const ImuStep& measured, const StepNoise& noise, con
   // White noise within the step gives the position a variance of dt³/3 times its squared density; the step's mean
   // explains dt³/4 of it.
   const auto push = step.by_reading.block<3, 3>(kSpeed, 3);
-  const Matrix3d beside = dt * dt / 12 * (push * white.tail<3>().asDiagonal() * push.transpose());
+  const Matrix3d within_step = dt * dt / 12 * (push * white.tail<3>().asDiagonal() * push.transpose());
   for (std::size_t j = 0; j < 3; ++j) {
     for (std::size_t i = 0; i < 3; ++i) {
-      carried_[j][i] += beside(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      carried_[j][i] += within_step(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
     }
   }
   // The drifts themselves.
@@ -214,8 +214,8 @@ Eigen::Matrix<double, 9, 1> white_noise_of(const SumStep& step, const StepNoise&
   pulled.tail<3>().array() *= noise.accel.array() / dt;
   Eigen::Matrix<double, 9, 1> out = step.by_reading.lazyProduct(pulled);
   const auto push = step.by_reading.block<3, 3>(kSpeed, 3);
-  const Vector3d beside = (push.transpose() * vector.head<3>()).cwiseProduct(noise.accel) / dt;
-  out.head<3>() += dt * dt / 12 * (push * beside);
+  const Vector3d within_step = (push.transpose() * vector.head<3>()).cwiseProduct(noise.accel) / dt;
+  out.head<3>() += dt * dt / 12 * (push * within_step);
   return out;
 }
 

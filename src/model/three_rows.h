@@ -49,7 +49,7 @@ template <std::size_t N>
 PISTE_INSIDE void three_rows(const double* const* columns, int row, const std::array<int, N>& depends,
                              const double* const* in, std::ptrdiff_t n, double* out, std::ptrdiff_t stride) {
   out += row * stride;
-  // Many at a time, as far as there are registers: each weight is then fetched seldom.
+  // As many at a time as there are registers: each weight is then fetched seldom.
   std::ptrdiff_t at = 0;
   for (; at + 16 <= n; at += 16) three_tiles<N, 4>(columns, row, depends, in, at, out, stride);
   switch (n - at) {

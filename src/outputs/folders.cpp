@@ -131,9 +131,9 @@ void try_any_heading(Inspection& found, const Draft& draft, OwnReplay& own) {
   own = std::move(standing);
 }
 
-// Rows are means over their intervals, or instants: a body that vibrates tells, where sigmas do not hold with means.
-// Taken if they hold then, and the innovations gain more than ln(number of readings) + 3. Sums of samples, as in the
-// rounds before, have no vibration.
+// Rows are means over their intervals, or instants. If the sigmas do not hold with means, the run is repeated with
+// instants: on a body that vibrates the two differ. Instants are taken if the sigmas hold then, and the innovations
+// gain more than ln(number of readings) + 3. Sums of samples, as in the rounds before, have no vibration.
 void try_instants(Inspection& found, const Draft& draft, OwnReplay& own) {
   constexpr double kReadings = 2;
   InspectedLog& body = found.logs[*found.first(LogKind::kImu)];

@@ -148,8 +148,8 @@ void make_sensor(AllanFindings& f, const ImuHealth& health) {
   set_triad(f.sensor.accel, f, false);
   f.sensor_remarks.emplace_back(
       f.options.base
-          ? fmt::format("bias, scale and range: rest does not tell them; they are those of {}", f.options.base_file)
-          : "bias, scale and range: rest does not tell them; they are what sensors of such noise usually have. "
+          ? fmt::format("bias, scale and range: not observable at rest; they are those of {}", f.options.base_file)
+          : "bias, scale and range: not observable at rest; they are the usual ones of sensors with such noise. "
             "`--sensor FILE` takes them from a file");
   if (!f.options.base) {
     f.sensor_remarks.push_back(
@@ -166,7 +166,7 @@ void add_undetermined(AllanFindings& f, const AllanAxis& axis) {
   const std::string length = time_text(axis.curve.longest_stretch());
   for (const FittedProcess& p : axis.fit->parts) {
     if (p.determined) continue;
-    f.undetermined.push_back(fmt::format("{}: {}: {} do not tell it within a factor of three{}", axis.name,
+    f.undetermined.push_back(fmt::format("{}: {}: {} do not determine it within a factor of three{}", axis.name,
                                          name_of(p.process.kind), length,
                                          p.process.kind == ProcessKind::kGaussMarkov
                                              ? fmt::format(" (correlation time {:.3g} s, 95 % {:.3g} to {:.3g} s)",
@@ -176,7 +176,7 @@ void add_undetermined(AllanFindings& f, const AllanAxis& axis) {
   if (!axis.noise.flicker && !axis.noise.lowest_inside) {
     f.undetermined.push_back(
         fmt::format("{}: bias instability: the curve falls to its end at {:.3g} s, so {} is an upper "
-                    "bound; a longer recording would tell",
+                    "bound; a longer recording would determine it",
                     axis.name, axis.noise.instability_tau, shown_value(axis.noise.instability.value, units)));
   }
 }
@@ -224,7 +224,7 @@ void add_recording_warnings(AllanFindings& f, const AllanRecording& r) {
                                      f.options.robust ? "" : "; `--robust` bounds what they do"));
   }
   if (!r.rest_checked && !f.options.at_rest)
-    f.warnings.push_back(fmt::format("{}: rows come too rarely to tell whether the IMU rests", file));
+    f.warnings.push_back(fmt::format("{}: rows come too rarely to detect whether the IMU rests", file));
   if (r.gaps > 0) {
     constexpr double kManyFilled = 0.01;  // of all rows: as many change the white noise by more than its interval
     const double share = static_cast<double>(r.filled) / static_cast<double>(r.rows + r.filled);
@@ -310,7 +310,7 @@ AllanFindings find_noise(const AllanRequest& request, const ProgressCallback& pr
     for (const Interval& s : r.stretches) longest = std::max(longest, s.end - s.start);
   }
   f.undetermined.push_back(
-      fmt::format("drifts with a correlation time beyond {}, a fifth of the longest stretch, cannot be told "
+      fmt::format("drifts with a correlation time beyond {}, a fifth of the longest stretch, cannot be distinguished "
                   "from a random walk or a ramp",
                   time_text(kLongestPart * longest)));
   make_sensor(f, *health);

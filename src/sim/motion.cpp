@@ -111,7 +111,7 @@ Motion::Motion(const MotionOptions& options, std::uint64_t seed)
   if (options_.course) take_own_way(*options_.course, seed);
 }
 
-// After the course itself is placed: a line beside it, and another speed over the same length.
+// Once the course is placed: a line at a distance from it, and another speed over the same length.
 void Motion::take_own_way(const CourseOptions& course, std::uint64_t seed) {
   RandomStream random(seed, "own way");
   phase_[3] = kTwoPi * random.uniform();

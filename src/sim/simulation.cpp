@@ -11,21 +11,21 @@ Simulation simulate(const Scenario& scenario, std::uint64_t seed, const Simulati
   const Truth trunk(world, scenario.motion, seed, scenario.start_time);
   Simulation run{trunk, trunk.attached(scenario.q_tr, Vector3d::Zero()), {}, {}, {}, {}};
   const std::size_t total = scenario.imus.size() + scenario.gnss.size() + scenario.attitude.size();
-  const auto tell = [&] {
+  const auto report = [&] {
     if (progress) progress(run.imus.size() + run.gnss.size() + run.attitude.size(), total);
   };
   for (const ImuSetup& imu : scenario.imus) {
     run.bodies.push_back(run.plate.attached(imu.q_rb, imu.p_rb_r));
     run.imus.push_back(simulate_imu(run.plate, imu, seed));
-    tell();
+    report();
   }
   for (const GnssSetup& gnss : scenario.gnss) {
     run.gnss.push_back(simulate_gnss(run.plate, gnss, seed));
-    tell();
+    report();
   }
   for (const AttitudeSetup& attitude : scenario.attitude) {
     run.attitude.push_back(simulate_attitude(run.plate, attitude, seed));
-    tell();
+    report();
   }
   run.aids = simulate_aids(run.trunk, run.plate, scenario.aids, seed);
   return run;

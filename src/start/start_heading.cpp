@@ -66,7 +66,7 @@ Pointing point_by_reference(const Log& log, const FilterOptions& options, const 
       const Vector3d down_r = fix.q_wr.conjugate() * (q_wn * Vector3d::UnitZ());
       p.q_wb = mounting->q_rb;
       p.sigma = std::hypot(p.sigma, 2 * std::sqrt(down_r.dot(mounting->covariance * down_r)));
-      p.how += ", through the boresight that the rates of both tell";
+      p.how += ", through the boresight from the rates of both";
       bias.value = mounting->gyro_bias;
     } else {
       // The boresight is taken to be small, as its prior states. The heading is as uncertain as the boresight.

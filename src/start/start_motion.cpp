@@ -172,8 +172,8 @@ FoundStart start_from_motion(const Log& log, const FilterOptions& options, const
   if (!found.resolved) {
     return {
         found.start,
-        fmt::format("the heading at the start is not known: the motion does not tell it; {:.0f} deg ± {:.0f} is the "
-                    "likeliest, and `initial: {{heading: … deg}}` gives it",
+        fmt::format("the motion does not determine the heading at the start; {:.0f} deg ± {:.0f} is the most likely "
+                    "one, and `initial: {{heading: … deg}}` states it",
                     heading / kDegree, sigma / kDegree)};
   }
   return {found.start,

@@ -31,11 +31,11 @@ const std::array<std::string, 3> kVelocity{"velocity_north_m_s", "velocity_east_
     kSigmaVelocity{"sigma_velocity_north_m_s", "sigma_velocity_east_m_s", "sigma_velocity_down_m_s"},
     kSigmaAngles{"sigma_roll_deg", "sigma_pitch_deg", "sigma_heading_deg"};
 
-// The upper triangles of covariance_STEM.csv beside STEM.csv, if it is there and of the same rows.
+// The upper triangles of covariance_STEM.csv, next to STEM.csv, if it is there and of the same rows.
 void add_covariances(Trajectory& track, const std::filesystem::path& file) {
-  const std::filesystem::path beside = file.parent_path() / ("covariance_" + file.filename().string());
-  if (!std::filesystem::exists(beside)) return;
-  CsvReader csv(beside.string());
+  const std::filesystem::path covariances = file.parent_path() / ("covariance_" + file.filename().string());
+  if (!std::filesystem::exists(covariances)) return;
+  CsvReader csv(covariances.string());
   const auto time = csv.column("time_s");
   std::vector<std::size_t> columns;
   for (const std::string& name : csv.names()) {

@@ -49,7 +49,7 @@ Quaterniond rotation(const TextReader& reader, const Matrix3d& R) {
   return Quaterniond(R).normalized();
 }
 
-// Times of KITTI's poses, beside them.
+// The times of KITTI's poses, from a file next to theirs.
 std::vector<double> kitti_times(const std::filesystem::path& poses) {
   for (const std::string& name : {poses.stem().string() + "_times.txt", std::string("times.txt")}) {
     const std::filesystem::path file = poses.parent_path() / name;
@@ -101,7 +101,7 @@ Trajectory read_kitti(const std::string& file) {
     for (std::size_t i = 0; i < track.position.size(); ++i) track.time.push_back(static_cast<double>(i));
   }
   if (track.time.size() != track.position.size()) {
-    throw DataError(file, fmt::format("{} poses, but {} times beside them; one a pose is expected",
+    throw DataError(file, fmt::format("{} poses, but {} times in the file next to them; one a pose is expected",
                                       track.position.size(), track.time.size()));
   }
   return track;

@@ -37,12 +37,13 @@ class DoubleRows {
   std::size_t columns_;
 };
 
-// STEM_smrmsg.out beside STEM.out, if it is there. Its rows may be fewer: each holds until the next.
+// The accuracies in STEM_smrmsg.out, next to STEM.out, if it is there. Its rows may be fewer: each holds until the
+// next.
 void add_accuracies(Trajectory& track, const std::filesystem::path& file) {
   constexpr double kArcMinute = kDegree / 60;
-  const std::filesystem::path beside = file.parent_path() / (file.stem().string() + "_smrmsg.out");
-  if (!std::filesystem::exists(beside)) return;
-  const DoubleRows rows(beside.string(), kAccuracyDoubles);
+  const std::filesystem::path accuracies = file.parent_path() / (file.stem().string() + "_smrmsg.out");
+  if (!std::filesystem::exists(accuracies)) return;
+  const DoubleRows rows(accuracies.string(), kAccuracyDoubles);
   if (rows.size() == 0) return;
   std::size_t row = 0;
   for (const double time : track.time) {

@@ -98,7 +98,7 @@ struct DelayErrors {
   double position = 0, velocity = 0, attitude = 0;  // s
 };
 
-void tell_delays(const Scenario& s, const DelayErrors& errors, FilterOptions& options) {
+void configure_delays(const Scenario& s, const DelayErrors& errors, FilterOptions& options) {
   for (std::size_t i = 0; i < s.gnss.size(); ++i) {
     options.gnss[i].delay = s.gnss[i].delay + errors.position;
     options.gnss[i].velocity_delay = s.gnss[i].delay_of_velocity() + errors.velocity;
@@ -167,7 +167,7 @@ FilterOptions filter_options(const Scenario& s, std::uint64_t seed) {
   for (const AttitudeSetup& reference : s.attitude) {
     options.attitude.push_back({.name = reference.name, .drift = reference.drift});
   }
-  tell_delays(s, drawn_delays(options, seed), options);
+  configure_delays(s, drawn_delays(options, seed), options);
   return options;
 }
 
@@ -300,7 +300,7 @@ std::map<int, Bound> bound_of(const Scenario& scenario, const Simulation& real, 
     options.sensor = mean_sensor(options.imus);
   }
   options.adapt.reset();  // there is no noise to adapt to
-  tell_delays(scenario, {}, options);
+  configure_delays(scenario, {}, options);
   const double departure = simulation.plate.under_way().start;
   ConditioningOptions conditioning = conditioning_options(scenario, options.sensor, options.imus, departure);
   conditioning.behaviour.rest.detect = false;

@@ -120,7 +120,7 @@ TEST(AttitudeMatch, SaysWhyNot) {
   AttitudeRecording level = carried_attitude();
   for (Vector3d& w : still.gyro) w *= 1e-4;
   for (EulerFix& fix : level.fixes) fix.angles *= 1e-4;
-  EXPECT_TRUE(contains(match(still, level).why_not, "the motion does not tell"));
+  EXPECT_TRUE(contains(match(still, level).why_not, "not determined by the motion"));
 
   ImuRecording degrees = carried_imu();
   for (Vector3d& w : degrees.gyro) w *= kDegreesPerRadian;

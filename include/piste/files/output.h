@@ -22,7 +22,7 @@ class OutputFile {
 
  private:
   friend class OutputFolder;
-  OutputFile(std::filesystem::path place, const std::filesystem::path& beside);
+  OutputFile(std::filesystem::path place, const std::filesystem::path& partial);
   std::filesystem::path place_;
   std::ofstream file_;
 };
@@ -65,7 +65,7 @@ class OutputFolder {
 
  private:
   struct Pending {
-    std::filesystem::path beside, place;
+    std::filesystem::path partial, place;
   };
   void make(const std::filesystem::path& folder);
   void abandon();

@@ -42,8 +42,8 @@ struct PositionJump {
   double time = 0, distance = 0;
 };
 
-/// With a longer interval between fixes the track between them is unknown: it tells neither rest nor scatter, nor axes
-/// and units of an IMU. [s]
+/// With a longer interval between fixes the track between them is unknown: it determines neither rest nor scatter,
+/// nor axes and units of an IMU. [s]
 inline constexpr double kSparseFixes = 3;
 
 /// The result.

@@ -71,7 +71,7 @@ struct MotionMatch {
   double margin = 0;                   ///< by how much larger this angle is for the second best axes [rad]
   std::vector<std::string> as_likely;  ///< other axes with hardly a larger angle: the IMU sits between them
 
-  bool sign_told = true;  ///< whether the log tells the sign of the forces
+  bool sign_told = true;  ///< whether the log states the sign of the forces
 
   /// Whether the track is mirrored, and not the sign of the force reversed. Both look the same. It is the track if a
   /// reversed force would mean an IMU that hangs upside down, and nobody doubts the sign.
