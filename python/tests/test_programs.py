@@ -196,7 +196,7 @@ def test_inspect_takes_frames(imu, gnss, tmp_path):
     with pytest.raises(piste.DataError, match="holds other things than numbers"):
         piste.inspect(frames[0].assign(note="x"))
     mixed = piste.inspect(imu, os.path.join(os.path.dirname(__file__), "../../data/ski_run/gnss.csv"))
-    assert "table_1.csv beside" in str(mixed)
+    assert "table_1.csv compared with" in str(mixed)
 
 
 def test_evaluate(tmp_path, config):

@@ -215,7 +215,7 @@ std::vector<Figure> signal_figures(const AlignmentPicture& p) {
       return values;
     };
     const std::string y_label = fmt::format("{} [{}]", q.name, q.unit);
-    Plot rest(fmt::format("What is left of {}", q.name), {kTimeLabel}, {y_label});
+    Plot rest(fmt::format("Residual of {}", q.name), {kTimeLabel}, {y_label});
     rest.size(Plot::kPageWidth, kSignalHeight);
     for (int axis = 0; axis < 3; ++axis) {
       const auto name = kAxes[static_cast<std::size_t>(axis)];
@@ -225,7 +225,7 @@ std::vector<Figure> signal_figures(const AlignmentPicture& p) {
       plot.line(time, axis_of(smooth.*q.body, axis), kBodyColour, "body IMU");
       plot.line(time, axis_of(smooth.*q.reference, axis), kReferenceColour, "reference, turned and moved",
                 Plot::Stroke::kDashed);
-      plot.line(time, axis_of(left, axis), kLeftColour, "what is left");
+      plot.line(time, axis_of(left, axis), kLeftColour, "residual");
       out.push_back(as_figure(fmt::format("{}_{}", q.stem, name), plot, ""));
       rest.line(time, axis_of(left, axis), axis, std::string(name));
     }
@@ -264,7 +264,7 @@ std::vector<Figure> spectrum_figures(const AlignmentPicture& p) {
               {fmt::format("[({})²/Hz]", q.unit), {}, true});
     plot.size(Plot::kPageWidth, kSignalHeight + 60);
     plot.line(own.x, own.y, kBodyColour, "body IMU");
-    plot.line(left.x, left.y, kLeftColour, "what is left");
+    plot.line(left.x, left.y, kLeftColour, "residual");
     if (level > 0) {
       plot.line({own.x.front(), own.x.back()}, {level, level}, kKnownColour, "noise in the sensor file",
                 Plot::Stroke::kDashed);
@@ -272,7 +272,7 @@ std::vector<Figure> spectrum_figures(const AlignmentPicture& p) {
     if (p.low_pass > 0) upright(plot, p.low_pass, low, high, "low-pass");
     out.push_back(
         as_figure(fmt::format("{}_spectrum", q.stem), plot,
-                  "One-sided, unfiltered, over the whole log. Where what is left lies above the noise, the two "
+                  "One-sided, unfiltered, over the whole log. Where the residual lies above the noise, the two "
                   "IMUs differ by more than the noise of the one; quantised increments of the reference are a "
                   "slope that rises with frequency."));
   }
@@ -291,11 +291,11 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
       low.push_back(kMillisecondsPerSecond * (value - sigma));
       high.push_back(kMillisecondsPerSecond * (value + sigma));
     }
-  } beside, whole;
+  } relative, whole;
   std::vector<double> time;
   for (const LocalOffset& l : a.local) {
     time.push_back(l.time - origin);
-    beside.add(l.offset, l.sigma);
+    relative.add(l.offset, l.sigma);
     whole.add(l.offset + a.clock_drift * time.back(), l.sigma);
   }
   const double end = p.aligned->time.back() - origin;
@@ -321,17 +321,17 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
   all.size(Plot::kPageWidth, kSignalHeight);
   all.line(grid, fitted, kAlignmentColour, fmt::format("drift of {:.2f} ppm", 1e6 * a.clock_drift));
   all.bars(time, whole.offset, whole.low, whole.high, kBodyColour, "stretches of the log, ± 1 sigma");
-  Plot apart("The same, beside what the alignment says", {kTimeLabel}, {"offset [ms]"});
+  Plot apart("The same, relative to the alignment", {kTimeLabel}, {"offset [ms]"});
   apart.size(Plot::kPageWidth, kSignalHeight);
   apart.limit_y(-kMillisecondsPerSecond * reach, kMillisecondsPerSecond * reach);
   apart.band(grid, low, high, kAlignmentColour, "alignment, ± 1 sigma");
-  apart.bars(time, beside.offset, beside.low, beside.high, kBodyColour, "stretches of the log, ± 1 sigma");
+  apart.bars(time, relative.offset, relative.low, relative.high, kBodyColour, "stretches of the log, ± 1 sigma");
   return {
-      as_figure("clock_drift", all, "Each point is the offset that one stretch of the log alone tells."),
+      as_figure("clock_drift", all, "Each point is the offset by one stretch of the log alone."),
       as_figure(
           "clock_residual", apart,
           "A clock that runs evenly leaves points that scatter about zero as their bars say. The scale is that of the "
-          "stretches that tell most; bars of the others, at rest, reach beyond.")};
+          "most informative stretches; bars of the others, at rest, reach beyond.")};
 }
 
 std::vector<Figure> alignment_figures(const AlignmentPicture& picture) {

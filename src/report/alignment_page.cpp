@@ -23,8 +23,8 @@ the fit begins; the fit gives the rest.</p>
 The <strong>lever arm</strong> goes from the reference to the body IMU, along the reference's axes.</p>
 <p><strong>Biases and scales</strong> belong to the body IMU: measured = (1 + scale) · true + bias. They stand here because the
 alignment needs them; the estimates that compare methods are made after it.</p>
-<p><strong>What is left</strong> should be noise: flat where the sensor file's level is, without the shape of the motion. A residual
-timing error shows as what is left growing with the rate of change of the signal, an error of boresight as one axis showing up in
+<p><strong>The residual</strong> should be noise: flat where the sensor file's level is, without the shape of the motion. An
+error of timing shows as a residual that grows with the rate of change of the signal, an error of boresight as one axis showing up in
 another, a wrong lever arm as forces that grow with the square of the rate.</p>
 <p><strong>Sigmas</strong> are those of the fit, with the noise as correlated in time as it was found.</p>
 )";

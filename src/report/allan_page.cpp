@@ -34,7 +34,7 @@ implies between them (generalised method of wavelet moments). Of all models the 
 together; each number of a model costs the same penalty.</p>
 <p>The <strong>white noise that a filter meets</strong> holds all that is correlated over less than a second. A <strong>bias
 instability</strong> that is no flicker noise of the model is the lowest deviation over 0.664, as data sheets state it.</p>
-<p>Intervals and bands are of the probability above. "Not determined" means that the curve does not tell the number within a
+<p>Intervals and bands are of the probability above. "Not determined" means that the curve does not determine the number within a
 factor of three.</p>
 )";
 
@@ -201,7 +201,7 @@ std::string allan_page(const AllanFindings& f, const std::string& sensor_file, c
       {"numbers", "What a data sheet would say", numbers_table(f) + page::list("Warnings", f.warnings)},
       {"curves", "Curves", drawing.add(curves)},
       {"processes", "Processes",
-       processes_table(f) + page::list("What recordings of this length do not tell", f.undetermined)},
+       processes_table(f) + page::list("What recordings of this length do not determine", f.undetermined)},
       {"models", "Models that were tried", models_table(f)}};
   if (f.recordings.size() > 1) sections.push_back({"units", "Unit by unit", units_table(f)});
   sections.push_back({"recordings", "Recordings", recordings_table(f)});

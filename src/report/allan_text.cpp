@@ -77,7 +77,7 @@ std::string allan_text(const AllanFindings& f) {
     for (const std::string& item : items) text += fmt::format("  {}\n", item);
   };
   list("warnings", f.warnings);
-  list("what recordings of this length do not tell", f.undetermined);
+  list("what recordings of this length do not determine", f.undetermined);
   list("sensor.yaml", f.sensor_remarks);
   return text;
 }

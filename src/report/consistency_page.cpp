@@ -34,8 +34,8 @@ constexpr std::string_view kHowToReadConsistency =
 covariance is true. Above the band the sigmas are too small, below it they are too large; the band is that of a mean over the runs
 at one epoch, so the mean over a whole phase keeps to it the more easily.</p>
 <p><strong>The bound</strong> (posterior Cramér-Rao) is the smallest error that any estimator can have on average: the covariance
-of the same filter and smoother linearised at the truth. RMSE over bound is 1 where nothing is left to gain; the claimed sigma
-beside it says what the estimator believes of itself.</p>
+of the same filter and smoother linearised at the truth. RMSE over bound is 1 where no estimator can be better. The claimed
+sigma next to it is the RMSE that the estimator itself expects.</p>
 <p><strong>Coverage</strong> is the share of single errors within 1, 2 and 3 of their own sigmas. True sigmas of normal errors
 give .683, .954 and .997; a smaller last share means errors that are rare but large.</p>
 <p><strong>NIS</strong> is to an innovation what NEES is to an error, gated ones counted in. Of a true filter successive

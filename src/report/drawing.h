@@ -1,5 +1,5 @@
 #pragma once
-/// The figures of a page as charts, which zoom and tell their values.
+/// The figures of a page as charts, which zoom and show their values.
 
 #include <string>
 #include <vector>

@@ -97,7 +97,8 @@ std::string verdict_section(const Verdict& verdict) {
     reasons.push_back(fmt::format("{} is {:.1f} sigmas from its prior; up to {} may be", jump.name,
                                   std::abs(jump.sigmas), kFarFromPrior));
   }
-  std::string out = page::list("What decided:", reasons) + page::list("Causes, the likeliest first:", verdict.findings);
+  std::string out =
+      page::list("What decided:", reasons) + page::list("Causes, the most likely first:", verdict.findings);
   if (!rows.empty()) {
     out += page::wide(table("Do the sigmas hold? Under way",
                             {"source", "mean NIS a row (1)", "median NIS, of that of χ² (1)", "correlation (0)",
@@ -255,7 +256,7 @@ std::string reliance(const ReplayReport& report) {
   return fmt::format(
       "<p class=\"{}\"><strong>{}: {}.</strong> Correct this cause, or run <code>tune</code>, and replay again.</p>\n",
       cautious ? "cautious" : "bad",
-      cautious ? "The accuracy is better than it is stated, as far as measurements tell"
+      cautious ? "The accuracy is better than stated, judged by the measurements"
                : "Do not rely on the stated accuracy",
       escape_markup(verdict_line(verdict)));
 }

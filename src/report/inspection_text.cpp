@@ -147,10 +147,10 @@ void describe(SheetWriter& sheet, const LogMatch& m) {
     sheet.add("clock", fmt::format("the IMU's is {} {} the receiver's, +- {}; {}", time_text(std::abs(m.clock->offset)),
                                    m.clock->offset < 0 ? "behind" : "ahead of", time_text(m.clock->sigma), by));
   } else {
-    sheet.add("clock", "the motion does not tell the offset");
+    sheet.add("clock", "the offset is not determined by the motion");
   }
   if (!m.motion) {
-    sheet.add("axes", "the motion does not tell them");
+    sheet.add("axes", "not determined by the motion");
     return;
   }
   sheet.add(
@@ -174,7 +174,7 @@ void describe(SheetWriter& sheet, const AttitudeMatch& m) {
                                  time_text(f.sigma_offset)));
   sheet.add("axes", fmt::format("its forward, right, down are {} of the IMU", axes_text(f.axes)));
   sheet.add("boresight", three(to_euler(f.left), kDegree, "{:.3f}", "deg +- ") +
-                             three(f.sigma_left, kDegree, "{:.3f}", "(roll pitch heading, beside these axes)"));
+                             three(f.sigma_left, kDegree, "{:.3f}", "(roll pitch heading, relative to these axes)"));
   sheet.add("rates", fmt::format("{} deg/s (rms) are left of {} deg/s; the gyroscopes are off by {}",
                                  plain(f.residual / kDegree, 2), plain(f.rate / kDegree, 2),
                                  three(f.gyro_bias, kDegree, "{:.3f}", "deg/s")));
@@ -210,7 +210,7 @@ InspectionSheet sheet_of(const InspectedLog& log) {
   } else if (log.attitude_sampling) {
     sheet.rows(*log.attitude_sampling, log.faults);
   } else {
-    sheet.add("rows", "not enough to tell anything");
+    sheet.add("rows", "too few to determine anything");
   }
   return sheet.take();
 }
@@ -221,7 +221,8 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
   std::vector<InspectionSheet> sheets;
   for (const InspectedLog& log : inspection.logs) sheets.push_back(sheet_of(log));
   for (const InspectedMatch& m : inspection.matches) {
-    SheetWriter sheet(fmt::format("{} beside {}", inspection.logs[m.imu].log.file, inspection.logs[m.gnss].log.file));
+    SheetWriter sheet(
+        fmt::format("{} compared with {}", inspection.logs[m.imu].log.file, inspection.logs[m.gnss].log.file));
     describe(sheet, m.match);
     if (&m.match == inspection.first_match() && inspection.vehicle.is_car())
       sheet.add("a car", inspection.vehicle.why());
@@ -244,7 +245,7 @@ std::vector<InspectionSheet> inspection_sheets(const Inspection& inspection) {
   }
   for (const InspectedAttitude& a : inspection.attitudes) {
     SheetWriter sheet(
-        fmt::format("{} beside {}", inspection.logs[a.attitude].log.file, inspection.logs[a.imu].log.file));
+        fmt::format("{} compared with {}", inspection.logs[a.attitude].log.file, inspection.logs[a.imu].log.file));
     describe(sheet, a.match);
     sheets.push_back(sheet.take());
   }

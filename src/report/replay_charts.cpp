@@ -417,7 +417,7 @@ Data replay_data(const ReplayReport& report) {
   data.groups = {
       {"motion", "Motion", "Rate and force are those of the body, corrected for the estimated errors.", true},
       {"accuracy", "Accuracy",
-       "Where a sigma is too small to be seen beside its curve, the curve is shown less its running mean."},
+       "Where a sigma is too small to be seen next to its curve, the curve is shown less its running mean."},
       {"changes", "Filter less smoother", "What the later fixes changed, with the filter's sigma."},
       {"residuals", "Residuals",
        "Measured less predicted, of the filter. NIS over its number of rows should be 1 in the mean; what is beyond "

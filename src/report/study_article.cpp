@@ -227,9 +227,8 @@ std::string delays(const Study& study, const PrintedTable& scales) {
     lines.push_back(std::move(line));
   }
   return "<p>With the signals of this campaign a delay of the reference changes the forward scale' as follows. The "
-         "last column is the delay that alone would make the article's mean; a delay explains its scales as far as "
-         "these "
-         "agree.</p>\n" +
+         "last column is the delay that alone would make the article's mean; a delay explains its scales only "
+         "where these agree.</p>\n" +
          wide(page::table(fmt::format("Change of scale' by a residual delay, forward, and the mean of the article's {}",
                                       scales.name),
                           head, lines));

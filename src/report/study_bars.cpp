@@ -15,7 +15,7 @@ std::vector<std::string> axis_names(const study_words::Triad& triad) {
   return {first, first + 3};
 }
 
-double beside(std::size_t index, std::size_t count) {
+double bar_offset(std::size_t index, std::size_t count) {
   const double pitch = std::min(0.2, 0.8 / static_cast<double>(count));
   return pitch * (static_cast<double>(index) - 0.5 * (static_cast<double>(count) - 1));
 }

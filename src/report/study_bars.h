@@ -23,8 +23,8 @@ inline constexpr std::string_view kSign = "Sign: a correction to add.";
 /// "fx", "fy", "fz" of the accelerometers.
 std::vector<std::string> axis_names(const study_words::Triad& triad);
 
-/// Place of one of `count` bars that share a name.
-double beside(std::size_t index, std::size_t count);
+/// Offset of one of `count` bars that share a name from the place of the name.
+double bar_offset(std::size_t index, std::size_t count);
 
 /// Numbers with their 95 % intervals at places along the other axis, and their true values.
 struct Bars {

@@ -21,9 +21,9 @@ namespace {
 
 using study_bars::append;
 using study_bars::axis_names;
+using study_bars::bar_offset;
 using study_bars::Bars;
 using study_bars::bars_caption;
-using study_bars::beside;
 using study_bars::kFrame;
 using study_bars::kHeight;
 using study_bars::kSign;
@@ -48,7 +48,7 @@ std::optional<Figure> estimates(const Study& study, const std::string& name, con
     Bars bars;
     for (const AcrossRow& row : rows) {
       if (row.sensor != s) continue;
-      const double x = row.axis - triad.first + beside(s, study.sensors.size());
+      const double x = row.axis - triad.first + bar_offset(s, study.sensors.size());
       bars.add(x, row.value.mean, half_width(row.value));
       if (row.truth) all.add_truth(x, 0.06, *row.truth);
     }
@@ -77,7 +77,7 @@ std::optional<Figure> comparison(const Study& study, const Triad& triad) {
   for (std::size_t m = 0; m < kCompared.size(); ++m) {
     Bars bars;
     for (const AcrossRow& row : study_words::of(triad, table_of(study, kCompared[m], StudyQuantity::kBias))) {
-      const double y = static_cast<double>(3 * row.sensor) + row.axis - triad.first + beside(m, kCompared.size());
+      const double y = static_cast<double>(3 * row.sensor) + row.axis - triad.first + bar_offset(m, kCompared.size());
       bars.add(y, row.value.mean, half_width(row.value));
       if (row.truth) all.add_truth(y, 0.09, *row.truth);
       shown_rows.push_back(row);
@@ -123,7 +123,7 @@ std::optional<Figure> against_truth(const std::vector<Comparison>& all, StudyQua
     for (const Comparison& c : rows) {
       if (c.axis != triad.first + i) continue;
       const auto row = std::find(methods.begin(), methods.end(), c.a) - methods.begin();
-      bars.add(static_cast<double>(row) + beside(at(i) * sensors + c.sensor, places), c.difference.mean,
+      bars.add(static_cast<double>(row) + bar_offset(at(i) * sensors + c.sensor, places), c.difference.mean,
                half_width(c.difference));
     }
     bars.draw(plot, i, std::string(kSignalNames[at(triad.first + i)]), Plot::Along::kX);
@@ -172,7 +172,7 @@ std::vector<Figure> study_correlations(const Study& study) {
   return {
       {"table_5", map.render(),
        "Formal correlation of bias and scale in the regression of the IMU on the reference, mean magnitude over the "
-       "runs: −mean / rms of the reference's signal. Near ±1 the motion does not tell the two apart."}};
+       "runs: −mean / rms of the reference's signal. Near ±1 the motion does not separate the two."}};
 }
 
 std::vector<Figure> study_truth(const Study& study) {

@@ -25,8 +25,8 @@ namespace piste {
 namespace {
 
 using study_bars::append;
+using study_bars::bar_offset;
 using study_bars::Bars;
-using study_bars::beside;
 using study_bars::kFrame;
 using study_bars::kGrey;
 using study_bars::kHeight;
@@ -120,7 +120,7 @@ std::optional<Figure> metrics(const std::vector<RankingRow>& rows) {
     Bars dots;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const double ratio = rows[i].*kMetrics[m].first / *nothing.*kMetrics[m].first;
-      dots.add(static_cast<double>(i) + beside(m, kMetrics.size()), ratio, kNaN);
+      dots.add(static_cast<double>(i) + bar_offset(m, kMetrics.size()), ratio, kNaN);
     }
     dots.draw(plot, static_cast<int>(m), kMetrics[m].second, Plot::Along::kX);
   }

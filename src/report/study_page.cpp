@@ -35,8 +35,8 @@ using study_words::probability;
 constexpr std::string_view kHowToRead =
     R"(<p><strong>Sign.</strong> Biases and scales are corrections to add: true = (1 + scale') · measured + bias'.
 The errors that the sensor adds, measured = (1 + scale) · true + bias, have the other sign.</p>
-<p><strong>Three sigmas.</strong> The formal one holds if noise were white; it is far too small, as samples that follow each other
-tell the same. The error within a run knows how long the noise lasts, and what is wrong with the reference and the alignment. The
+<p><strong>Three sigmas.</strong> The formal one holds if noise were white; it is far too small, as successive samples are
+correlated. The error within a run includes the correlation of the noise, and the errors of the reference and the alignment. The
 spread between runs knows all that changes from one run to the next: turn-on bias, temperature, mounting. Significance is that of
 the mean over the runs against this spread, by Student's t.</p>
 <p><strong>Holm.</strong> Of 18 numbers without any bias one is “significant” at 5 % in most tables. Holm's step-down keeps the
@@ -47,8 +47,8 @@ the same sum.</p>
 <p><strong>Forward and reverse.</strong> Tables 3 and 4 regress the reference on the IMU (forward). Noise of the IMU, or clocks that are
 apart by milliseconds, flatten that line and make scale' negative; the reverse regression errs to the other side. The truth lies between.</p>
 <p><strong>All as one.</strong> Where a run has several IMUs, they are also studied as one: their weighted mean, in the axes and at the
-place of the first, and by what they differ as a measurement. Its rows stand below those of the single IMUs. As it tells nothing that
-these have not told, it is not in the ranking, nor in the counts and means over sensors.</p>
+place of the first, with their differences as measurements. Its rows stand below those of the single IMUs. It adds no information to
+that of the single IMUs, so it is not in the ranking, nor in the counts and means over sensors.</p>
 <p><strong>Score.</strong> Each method's errors are fed to a replay of GPS and the IMU, which is held against the reference solution.
 The score is the geometric mean of the errors of position, velocity and attitude and of the drift without GNSS, each over that of a
 replay that knows nothing; below 1 the method helps. Intervals pair the runs, as all IMUs of a run share its motion.</p>
@@ -59,7 +59,7 @@ replay that knows nothing; below 1 the method helps. Intervals pair the runs, as
 constexpr std::string_view kWhyNotCovered =
     R"(<p>A true interval holds the truth 19 times of 20. A much smaller share means that a method does not know of some error:</p>
 <ul>
-<li>“rest before” and “rest after” cannot tell an accelerometer's bias from scale · gravity, nor from a boresight that
+<li>“rest before” and “rest after” cannot separate an accelerometer's bias from scale · gravity, nor from a boresight that
 tilts gravity into another axis. They are held to the sum bias + scale · gravity; taken for the bias alone they would be wrong by far
 more than their sigma.</li>
 <li>A bias at rest is held to that of its rest: what drifts from there to the run is not in its sigma, but in that of “run: scale”.</li>

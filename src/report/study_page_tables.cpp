@@ -49,7 +49,7 @@ std::string printed_text(const Study& study, const PrintedTable& table, std::siz
 }
 
 /// The article's table if it has a number for a sensor of the campaign; else null, and the page omits it.
-const PrintedTable* beside(const Study& study, PrintedTable CampaignTables::*which) {
+const PrintedTable* article_table(const Study& study, PrintedTable CampaignTables::*which) {
   if (!study.article) return nullptr;
   const PrintedTable& table = study.article->article.tables.*which;
   const bool any = !table.empty() && std::ranges::any_of(study.sensors, [&](const std::string& sensor) {
@@ -135,8 +135,8 @@ Row before_after_line(const Study& study, const BeforeAfterRow& row) {
 std::string before_after_table(const Study& study) {
   const std::string caption = "Table 2. Biases at rest, before the start and after the stop";
   if (before_after(study).empty()) return paragraph(caption + ": no run has both.");
-  const PrintedTable* before = beside(study, &CampaignTables::before);
-  const PrintedTable* after = beside(study, &CampaignTables::after);
+  const PrintedTable* before = article_table(study, &CampaignTables::before);
+  const PrintedTable* after = article_table(study, &CampaignTables::after);
   Row head{"sensor, axis",
            "unit",
            "runs",
@@ -164,7 +164,7 @@ std::string before_after_table(const Study& study) {
 std::string correlation_table(const Study& study) {
   const std::string caption = "Table 5. Correlation of bias and scale, IMU on reference";
   if (correlations(study).empty()) return paragraph(caption + ": no estimate.");
-  const PrintedTable* printed = beside(study, &CampaignTables::correlation);
+  const PrintedTable* printed = article_table(study, &CampaignTables::correlation);
   Row head{"sensor, axis", "correlation", "lowest", "highest", "variances larger by"};
   if (printed) head.push_back("article, " + printed->name);
   return wide(
@@ -267,7 +267,7 @@ std::string article_words(const Study& study) {
 std::string study_page_tables(const Study& study, const Ranking& ranking) {
   const auto estimates = [&](const char* caption, Method method, StudyQuantity quantity,
                              PrintedTable CampaignTables::*printed) {
-    return estimate_table(study, caption, method, quantity, beside(study, printed));
+    return estimate_table(study, caption, method, quantity, article_table(study, printed));
   };
   return "<p class=\"soft\">Corrections to add, m/s² and °/s; * significant at 5 % after Holm's correction over the "
          "table." +

@@ -143,7 +143,7 @@ std::vector<std::string> findings_of(const Study& study) {
     strong.push_back(fmt::format("{} of {} of {} sensors", kSignalNames[axis], strong_sensors[axis], sensors[axis]));
   }
   if (!strong.empty()) {
-    out.push_back(fmt::format("Bias and scale are hardly told apart (correlation above {}): {}.", kStrong,
+    out.push_back(fmt::format("Bias and scale are hardly separable (correlation above {}): {}.", kStrong,
                               fmt::join(strong, ", ")));
   }
   return out;

@@ -20,7 +20,6 @@
 namespace piste {
 namespace {
 
-using study_bars::beside;
 using study_bars::kHeight;
 using study_bars::kSign;
 using study_words::at;
@@ -102,9 +101,10 @@ Figure whole_signal(const Study& study, const SensorRun& r, const Triad& triad) 
   draw(p.reference[at(axis)], 1, "reference, turned and moved", Plot::Stroke::kSolid);
   return as_figure(
       fmt::format("figure_07_{}", triad.stem), std::move(plot),
-      fmt::format("The axis of the {} that the motion drives most, {}, beside the reference; the three phases are "
-                  "shaded.",
-                  triad.name, band_of(study)));
+      fmt::format(
+          "The axis of the {} that the motion drives most, {}, compared with the reference; the three phases are "
+          "shaded.",
+          triad.name, band_of(study)));
 }
 
 Figure at_rest(const Study& study, const SensorRun& r, const Triad& triad, bool after) {

@@ -47,8 +47,8 @@ std::string intervals(const Tuning& tuning) {
   }
   if (names.empty()) return {};
   constexpr double kRoom = 1.2, kFurthest = 1e3;
-  Plot plot("Likeliest noise over what was stated", {.label = "factor", .log = true}, {.label = "", .names = names},
-            "Each number over what was stated, with its 95 % interval");
+  Plot plot("Maximum-likelihood noise over what was stated", {.label = "factor", .log = true},
+            {.label = "", .names = names}, "Each number over what was stated, with its 95 % interval");
   plot.size(Plot::kPageWidth, static_cast<int>(kMargin + kRowHeight * static_cast<double>(names.size())));
   plot.limit_x(std::max(least, 1 / kFurthest) / kRoom, std::min(most, kFurthest) * kRoom);
   plot.line({1, 1}, {-0.5, static_cast<double>(names.size()) - 0.5}, svg::kInk, "as stated", Plot::Stroke::kDashed);

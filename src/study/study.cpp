@@ -64,7 +64,7 @@ StudiedRun study_run(const RunConfig& config, const StudyPlan& plan, Step&& step
     if (reference) out.as_one = study_as_one(config, *reference, out.imus, out.run.phases, plan);
     step();
   }
-  for (StudiedImu& imu : out.imus) imu.beside.reset();  // large, and not needed any more
+  for (StudiedImu& imu : out.imus) imu.aligned.reset();  // large, and not needed any more
   return out;
 }
 

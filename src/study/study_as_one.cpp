@@ -20,13 +20,13 @@ struct Unit {
   const StudiedImu* studied;
   const MountedImu* mounted;
 
-  const Alignment& alignment() const { return studied->beside->alignment; }
+  const Alignment& alignment() const { return studied->aligned->alignment; }
 };
 
 // Whether clock and axes of an IMU are known, so that its samples can be fused with the samples of others.
 bool can_be_taken(const StudiedImu& imu) {
-  if (!imu.beside) return false;
-  const Alignment& alignment = imu.beside->alignment;
+  if (!imu.aligned) return false;
+  const Alignment& alignment = imu.aligned->alignment;
   return std::isfinite(alignment.variance(AlignmentLayout::kClockOffset)) && alignment.boresight_sigma().allFinite();
 }
 
@@ -69,12 +69,12 @@ Matrix3d across(const std::vector<Unit>& imus, const std::vector<ImuSensor>& sen
   return out;
 }
 
-ImuBeside together(const std::vector<Unit>& imus) {
+ReferencedImu together(const std::vector<Unit>& imus) {
   const Unit& first = imus.front();
-  ImuBeside out = *first.studied->beside;
+  ReferencedImu out = *first.studied->aligned;
   out.recording.further.clear();
   for (const Unit& unit : imus) {
-    const ImuBeside& own = *unit.studied->beside;
+    const ReferencedImu& own = *unit.studied->aligned;
     FusedImuConditioning conditioning{.name = unit.mounted->name, .imu = own.conditioning.imu, .sensor = own.sensor};
     if (&unit != &first) {
       const Matrix3d R = axes_of(unit, first);
@@ -97,7 +97,7 @@ ImuBeside together(const std::vector<Unit>& imus) {
 
 // The true errors of the mean of the IMUs, along the axes of the first, without the part that was subtracted from the
 // signals.
-std::optional<ImuTruth> mean_truth(const std::vector<Unit>& imus, const ImuBeside& mean) {
+std::optional<ImuTruth> mean_truth(const std::vector<Unit>& imus, const ReferencedImu& mean) {
   for (const Unit& unit : imus) {
     if (!unit.studied->truth) return std::nullopt;
   }
@@ -138,7 +138,7 @@ std::optional<StudiedImu> study_as_one(const RunConfig& run, const RunReference&
   try {
     const std::vector<Unit> imus = units_of(run, studied, result.warnings);
     for (const Unit& unit : imus) result.imus.push_back(unit.mounted->name);
-    const ImuBeside imu = together(imus);
+    const ReferencedImu imu = together(imus);
     for (std::string& line : absence_lines(imu.log.counts.imus)) result.warnings.push_back(std::move(line));
     const SensorRun& first = imus.front().studied->result;
     result.clock_offset = first.clock_offset;

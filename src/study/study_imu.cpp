@@ -34,13 +34,14 @@ auto if_possible(std::string_view without, std::vector<std::string>& warnings, P
   }
 }
 
-ImuBeside lay_beside(const RunConfig& run, const RunReference& reference, const MountedImu& imu, double low_pass) {
-  ImuBeside out{.sensor = turned(imu.source.sensor, imu.source.conditioning.R_bs),
-                .imus = {},
-                .recording = {.imu = read_imu(imu.source), .gnss = {}, .attitude = {}},
-                .conditioning = imu.conditioning,
-                .log = {},
-                .alignment = {}};
+ReferencedImu align_with_reference(const RunConfig& run, const RunReference& reference, const MountedImu& imu,
+                                   double low_pass) {
+  ReferencedImu out{.sensor = turned(imu.source.sensor, imu.source.conditioning.R_bs),
+                    .imus = {},
+                    .recording = {.imu = read_imu(imu.source), .gnss = {}, .attitude = {}},
+                    .conditioning = imu.conditioning,
+                    .log = {},
+                    .alignment = {}};
   out.log = condition_imu(out.recording.imu, imu.conditioning);
   out.alignment = align(out.log.imu, reference.imu,
                         {.sensor = imu.source.sensor,
@@ -52,7 +53,7 @@ ImuBeside lay_beside(const RunConfig& run, const RunReference& reference, const 
   return out;
 }
 
-std::vector<std::string> warnings_of(const ImuBeside& imu) {
+std::vector<std::string> warnings_of(const ReferencedImu& imu) {
   const Alignment& alignment = imu.alignment;
   const LogCounts& counts = imu.log.counts;
   std::vector<std::string> out;
@@ -71,7 +72,7 @@ std::vector<std::string> warnings_of(const ImuBeside& imu) {
 }
 
 // The result of an IMU with its place in the study only.
-SensorRun placed(const ImuBeside& imu) {
+SensorRun placed(const ReferencedImu& imu) {
   SensorRun out;
   out.warnings = warnings_of(imu);
   out.clock_offset = imu.alignment.clock_offset;
@@ -83,7 +84,7 @@ SensorRun placed(const ImuBeside& imu) {
 }
 
 // The signals of an IMU and of the reference, as they are compared.
-AlignedImus compared(const ImuBeside& imu, const RunReference& reference, double low_pass) {
+AlignedImus compared(const ReferencedImu& imu, const RunReference& reference, double low_pass) {
   AlignedImus out = low_passed(bring_together(imu.log.imu, reference.imu, imu.alignment), low_pass);
   if (imu.imus.empty()) return out;
   for (std::size_t i = 0; i < out.time.size(); ++i) {
@@ -141,7 +142,7 @@ SignalPicture picture(const AlignedImus& smooth) {
 }
 
 // Scale factors that residual timing errors cause.
-std::vector<TimingEffect> timing_effects(const ImuBeside& imu, const RunReference& reference, const Interval& run,
+std::vector<TimingEffect> timing_effects(const ReferencedImu& imu, const RunReference& reference, const Interval& run,
                                          const StudyPlan& plan) {
   std::vector<TimingEffect> out;
   for (const double delay : plan.delays) {
@@ -159,7 +160,7 @@ BodyMounting mounting_of(const Alignment& alignment) {
 }
 
 // The input of the filter of an IMU.
-FilterCase filter_case(const RunConfig& config, const RunReference& reference, const ImuBeside& imu,
+FilterCase filter_case(const RunConfig& config, const RunReference& reference, const ReferencedImu& imu,
                        const Interval& run) {
   const ReferenceSolution& solution = *reference.solution;
   const BodyMounting body = mounting_of(imu.alignment);
@@ -190,7 +191,7 @@ struct Navigated {
   std::vector<std::string> warnings;
 };
 
-Navigated navigate(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Interval& phase,
+Navigated navigate(const RunConfig& run, const RunReference& reference, const ReferencedImu& imu, const Interval& phase,
                    const OutagePlan& outages) {
   Navigated out;
   const auto filter = if_possible("neither filters nor navigation", out.warnings,
@@ -224,7 +225,7 @@ RunReference read_reference(const RunConfig& run) {
   return out;
 }
 
-void study_aligned(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Phases& known,
+void study_aligned(const RunConfig& run, const RunReference& reference, const ReferencedImu& imu, const Phases& known,
                    const StudyPlan& plan, StudiedImu& out) {
   SensorRun& result = out.result;
   const AlignedImus smooth = compared(imu, reference, plan.low_pass);
@@ -258,9 +259,9 @@ StudiedImu study_imu(const RunConfig& run, const RunReference& reference, const 
   SensorRun& result = out.result;
   out.phases = known;
   try {
-    out.beside = lay_beside(run, reference, mounted, plan.low_pass);
-    result = placed(*out.beside);
-    study_aligned(run, reference, *out.beside, known, plan, out);
+    out.aligned = align_with_reference(run, reference, mounted, plan.low_pass);
+    result = placed(*out.aligned);
+    study_aligned(run, reference, *out.aligned, known, plan, out);
     if (!run.truth) return out;
     const auto truth = if_possible("what was put in is not known", result.warnings, [&] {
       return read_truth(*run.truth, std::filesystem::path(mounted.source.log.file).stem().string());

@@ -37,7 +37,7 @@ struct Contest {
 };
 
 /// An IMU aligned with the reference, or several IMUs fused into one.
-struct ImuBeside {
+struct ReferencedImu {
   ImuSensor sensor;                  ///< along b; of a fused IMU, of the mean
   std::vector<ImuSensor> imus;       ///< of a fused IMU, each IMU
   Recording recording;               ///< of IMUs only
@@ -54,8 +54,8 @@ struct StudiedImu {
   SensorRun result;  ///< all that was possible; `failure` gives the reason for what is missing
   Phases phases;     ///< of the run: configured, or else detected in the signals
   Contest contest;
-  std::optional<ImuBeside> beside;  ///< nothing if it could not be aligned
-  std::optional<ImuTruth> truth;    ///< if it is known
+  std::optional<ReferencedImu> aligned;  ///< nothing if it could not be aligned
+  std::optional<ImuTruth> truth;         ///< if it is known
 };
 
 /// Settings that are the same for every IMU.
@@ -71,7 +71,7 @@ StudiedImu study_imu(const RunConfig& run, const RunReference& reference, const 
 
 /// The same for an aligned IMU: adds the estimates by signals and filters to `out`. Throws Error if that is not
 /// possible.
-void study_aligned(const RunConfig& run, const RunReference& reference, const ImuBeside& imu, const Phases& known,
+void study_aligned(const RunConfig& run, const RunReference& reference, const ReferencedImu& imu, const Phases& known,
                    const StudyPlan& plan, StudiedImu& out);
 
 /// Compares the estimates of `out` with the true errors, and keeps the true errors.

@@ -152,10 +152,10 @@ std::vector<ImuCompared> imus_compared(const Study& study) {
     std::erase_if(runs, [&](const SensorRun* single) {
       return std::ranges::none_of(together, [&](const SensorRun* run) { return run->run == single->run; });
     });
-    const ImuCompared beside = imu_row("", runs);
-    if (beside.runs == 0) continue;
-    attitude.push_back(beside.attitude_rmse);
-    if (std::isfinite(beside.outage_drift)) drift.push_back(beside.outage_drift);
+    const ImuCompared in_same_runs = imu_row("", runs);
+    if (in_same_runs.runs == 0) continue;
+    attitude.push_back(in_same_runs.attitude_rmse);
+    if (std::isfinite(in_same_runs.outage_drift)) drift.push_back(in_same_runs.outage_drift);
   }
   if (together.empty()) return out;
   ImuCompared row = imu_row(std::string(kAsOne), together);

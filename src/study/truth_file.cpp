@@ -47,7 +47,7 @@ ImuTruth read_truth(const std::filesystem::path& file, const std::string& name) 
     const YAML::Node imu = member(member(YAML::LoadFile(file.string()), "imus"), name);
     return {triad(member(imu, "gyro"), "deg_s", kDegreesPerRadian), triad(member(imu, "accel"), "m_s2", 1)};
   } catch (const YAML::BadFile&) {
-    throw DataError(file.string(), "cannot be read; give the truth.json that `simulate` wrote beside the logs");
+    throw DataError(file.string(), "cannot be read; give the truth.json that `simulate` wrote next to the logs");
   } catch (const YAML::Exception& e) {
     throw DataError(fmt::format("{}:{}", file.string(), e.mark.line + 1),
                     fmt::format("{}; a truth.json that `simulate` wrote is expected", e.msg));

@@ -48,7 +48,7 @@ TEST(AlignmentPage, TellsEverythingInOneFile) {
                            "drift of 20.00 ppm",
                            "Angular rate along y, below 12 Hz",
                            "Specific force along z, below 12 Hz",
-                           "What is left of specific force",
+                           "Residual of specific force",
                            "noise in the sensor file",
                            "(deg/s)²/Hz",
                            "How to read it",

@@ -145,7 +145,7 @@ TEST(Html, SigmasThatAreTooLargeAreNoReasonToDistrust) {
   verdict.consistent = false;
   verdict.factor = 0.7;
   const std::string page = page_of(verdict);
-  EXPECT_NE(page.find("The accuracy is better than it is stated, as far as measurements tell: sigmas are too large by "
+  EXPECT_NE(page.find("The accuracy is better than stated, judged by the measurements: sigmas are too large by "
                       "1.4."),
             std::string::npos);
   EXPECT_EQ(page.find("Do not rely"), std::string::npos);

@@ -25,7 +25,7 @@ class Axis {
     for (const chart of this.charts) chart.yWindow = chart.wholeValues();
     this.show(...this.whole);
   }
-  // What a program is told, and what a file has.
+  // The value that a program is given and a file has, of a place on the axis.
   value(x) { return this.log ? 10 ** x : x; }
   place(value) { return this.log ? Math.log10(value) : value; }
   get column() { return this.label + (this.unit ? ` [${this.unit}]` : ''); }

@@ -1,4 +1,4 @@
-// Histograms of residuals in sigmas, beside their chart.
+// Histograms of residuals in sigmas, next to their chart.
 
 function histogram(chart) {
   const [low, high, width] = [-5, 5, 0.25], bins = Math.round((high - low) / width), size = [220, 170], parts = [];
