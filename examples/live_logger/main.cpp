@@ -21,7 +21,7 @@ void print_state(const piste::LiveState& state) {
 }
 
 // The session of a configuration: its receivers and its IMU. A session has no reference attitude, so blocks that only
-// one tells are left out.
+// such a reference determines are left out.
 piste::LiveOptions live_options(const piste::ReplayConfig& config) {
   piste::LiveOptions options;
   options.conditioning = config.conditioning;

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "condition/clipping.h"
 #include "condition/spikes.h"
 #include "condition/spline.h"
 #include "core/row_gaps.h"
@@ -17,7 +18,7 @@
 namespace piste {
 namespace {
 
-constexpr double kAtRange = 0.999, kBeyond = 2;
+constexpr double kBeyond = 2;  // times the range: a value that is no measurement
 constexpr double kShortestInterval = 1e-5, kLongestInterval = 1;
 
 /// The rows within the span, in GPS time and body axes.
@@ -137,7 +138,7 @@ void mend_spikes(Rows& rows, std::vector<Vector3d>& values, std::vector<std::uin
       clipped[i] = static_cast<std::uint8_t>(clipped[i] & ~(1U << static_cast<unsigned>(s.axis)));
     }
   }
-  mend(values, spikes);
+  interpolate_spikes(values, spikes);
 }
 
 void mend_spikes(Rows& rows, const RowGaps& gaps, bool increments, const SpikeOptions& options, LogCounts& counts) {

@@ -125,7 +125,7 @@ std::vector<Spike> find_spikes(std::span<const double> time, const RowGaps& gaps
   return found;
 }
 
-void mend(std::vector<Vector3d>& values, const std::vector<Spike>& spikes) {
+void interpolate_spikes(std::vector<Vector3d>& values, const std::vector<Spike>& spikes) {
   for (const Spike& s : spikes) {
     const double before = values[s.row - 1](s.axis), after = values[s.row + s.count](s.axis);
     for (std::size_t k = 0; k < s.count; ++k) {

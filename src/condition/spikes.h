@@ -32,6 +32,6 @@ std::vector<Spike> find_spikes(std::span<const double> time, const RowGaps& gaps
                                double period, const Abruptness& abruptness, const SpikeOptions& options = {});
 
 /// Interpolates the rows of spikes linearly between their neighbours.
-void mend(std::vector<Vector3d>& values, const std::vector<Spike>& spikes);
+void interpolate_spikes(std::vector<Vector3d>& values, const std::vector<Spike>& spikes);
 
 }  // namespace piste

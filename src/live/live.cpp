@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "condition/clipping.h"
 #include "core/fix_faults.h"
 #include "core/time_search.h"
 #include "filter/feeder.h"
@@ -18,8 +19,6 @@
 
 namespace piste {
 namespace {
-
-constexpr double kAtRange = 0.999;  // of the range, as in condition()
 
 // Bit i is set where axis i is at the range; a range of 0 is not known.
 std::uint8_t at_range(const Vector3d& value, double range) {

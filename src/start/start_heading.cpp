@@ -32,7 +32,9 @@ void check_small_boresight(const Quaterniond& q_nb, const Rest& rest, const Prio
 // Throws if the observed field is zero, or if its dip differs from that of the Earth. `shown`: the field, levelled,
 // with any azimuth. That azimuth would otherwise pass for the heading.
 void check_dip(const MagneticSample& sample, const Vector3d& shown) {
-  constexpr double kIron = 45 * kDegree;  // the iron of a carrier, 30 uT, changes the dip by less
+  // Iron of a carrier, 30 uT, changes the dip by asin(30 uT / field) at most. That is below 45 deg only if the field is
+  // above 42 uT. In weaker fields, down to 22 uT, the test may reject a right magnetometer near much iron.
+  constexpr double kIron = 45 * kDegree;
   constexpr std::string_view kInstead = "or find the heading by `auto`, or state it";
   if (shown.isZero()) {
     throw DataError("start", fmt::format("from_magnetometer: the field at {:.3f} s is zero; does the magnetometer "

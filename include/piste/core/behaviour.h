@@ -43,7 +43,8 @@ struct SpikeOptions {
   Abruptness accel{5000, 20};  ///< m/s³, m/s²: the force of a landing grows within 20 ms or more to some 10 g
   double around = 2;       ///< s on either side to compare with: an impact rings that long, and steps return within it
   std::size_t fewest = 8;  ///< rows on either side without a gap: with fewer, the motion around is not known
-  double sigmas = 20;      ///< least departure, in robust sigmas of lines around: white noise has one in 1e15 beyond 8
+  double sigmas = 20;      ///< least departure, in robust sigmas of lines around: normal noise exceeds 8 once in 1e15;
+                           ///< the margin is for vibration, whose tails are longer
   double furthest = 6;     ///< times the largest one around: neighbours of a knock have 0.1 to 0.5 of its peak
   std::size_t most_others = 2;  ///< as large departures around, at most: what recurs is motion
 };

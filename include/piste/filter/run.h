@@ -55,8 +55,8 @@ inline constexpr std::size_t kRowsAtOnce = 1024;  // some hundred kilobytes
 /// Filters a log from the time of `start` on. The result has the same bytes as that of a Filter that is fed sample by
 /// sample.
 /// `part`: the samples of the log to use.
-/// `reference`: a smoothed run of the same log about which this run is linearised (src/filter/reference.h), as far as
-/// it extends. If it extends to the end, the solution has no rows: only a smoother improves on the reference.
+/// `reference`: a smoothed run of the same log about which this run is linearised while it lasts
+/// (src/filter/reference.h). If it lasts to the end, the solution has no rows: only a smoother improves on it.
 /// `rows`: takes the rows of the solution, which is empty in the end.
 /// `scratch`: folder of the file that holds the history; empty: memory.
 /// Throws ConfigError if the options are not valid, DataError if the filter diverges.

@@ -13,7 +13,7 @@ namespace piste {
 
 /// Replays the configuration of an inspection, and judges the run (diagnosis/diagnose.h). A cause that makes all of its
 /// innovations likelier is taken into the calibration, and the configuration is replayed again: at most five rounds.
-/// The likeliest one stays. `found.rounds` has the verdict of each round, and what was taken after it.
+/// The most likely one stays. `found.rounds` has the verdict of each round, and what was taken after it.
 ///
 /// A cause was fitted to the first minutes of motion. It is taken if the innovations of the whole log, an hour at most,
 /// gain more than ln(number of causes) + 3 by it: with so many causes chance gains as much in one of twenty logs.
