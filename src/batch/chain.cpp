@@ -62,7 +62,7 @@ class ChainLayer {
   // The interface of the walk (walker.h).
   double time() const { return time_; }
   const Estimate& estimate() const { return x_; }
-  // What scales of several units do across the axes is as it was found in the round before.
+  // The cross-axis effect of the scales of several IMUs, as estimated in the round before.
   const ImuScales* imu_scales() const { return imu_scales_.get(); }
   bool resting() const { return walker_.sample().at_rest && !walker_.sample().gap; }
   bool takes(int source, double time) const { return weights_.contains({source, time}); }

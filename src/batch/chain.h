@@ -23,10 +23,10 @@ struct ChainNode {
   double time = 0;
   Estimate x;       ///< constants too
   Gravity gravity;  ///< near it
-  Estimate side;    ///< that of the first laying: it stays on the side of a kink on which the filter was
+  Estimate side;    ///< that of the first layout: it fixes the branch of |v| during the iterations (MeasurementContext)
 };
 
-/// What decides how an interval is summed.
+/// The errors with which an interval is summed.
 struct ImuErrors {
   Vector3d rate, force, gyro_scale, accel_scale;  ///< the former two: bias and drift
 };

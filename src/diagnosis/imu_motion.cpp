@@ -28,15 +28,15 @@ constexpr std::ptrdiff_t kMostLate = 10;      // windows that rates are shifted 
 constexpr double kLeastLate = 0.02, kExplained = 0.003;
 constexpr double kMisplaced = 0.2;  // m: a lever arm that is off by less is measured as well as that
 
-/// The rotation from the rates of the first unit to those of another one, `shift` windows later.
+/// The rotation from the rates of the first IMU to those of another one, `shift` windows later.
 struct Turned {
   WahbaSolution by;
-  double left = 0, power = 0;  // mean square of an axis: of what the rotation leaves, and of the rates
+  double left = 0, power = 0;  // mean square of an axis: of the residual of the rotation, and of the rates
   double rows = 0;
 };
 
-Turned turned(const ImuOutputs& rates, std::size_t unit, std::ptrdiff_t shift) {
-  const Outputs &first = rates.of_units.front(), &own = rates.of_units[unit];
+Turned turned(const ImuOutputs& rates, std::size_t imu, std::ptrdiff_t shift) {
+  const Outputs &first = rates.of_imus.front(), &own = rates.of_imus[imu];
   const auto count = static_cast<std::ptrdiff_t>(rates.time.size());
   std::vector<std::array<Eigen::Index, 2>> pairs;
   for (std::ptrdiff_t w = kMostLate; w + kMostLate < count; ++w) {  // the same windows for all shifts
@@ -54,15 +54,15 @@ Turned turned(const ImuOutputs& rates, std::size_t unit, std::ptrdiff_t shift) {
   return found;
 }
 
-// By how much the rates of a unit come late against those of the first [s], if that is beyond doubt: where shifted ones
-// fit best, by a parabola through the neighbours.
-std::optional<double> lateness(const ImuOutputs& rates, std::size_t unit) {
+// The delay of the rates of an IMU relative to those of the first [s], if that is beyond doubt. It is the shift with
+// the least residual, by a parabola through the neighbours.
+std::optional<double> lateness(const ImuOutputs& rates, std::size_t imu) {
   std::array<double, 2 * kMostLate + 1> left{};
   for (std::ptrdiff_t shift = -kMostLate; shift <= kMostLate; ++shift)
-    left[static_cast<std::size_t>(shift + kMostLate)] = turned(rates, unit, shift).left;
+    left[static_cast<std::size_t>(shift + kMostLate)] = turned(rates, imu, shift).left;
   const auto best = static_cast<std::size_t>(std::min_element(left.begin(), left.end()) - left.begin());
   if (best == 0 || best + 1 == left.size()) return std::nullopt;
-  const Turned now = turned(rates, unit, 0);
+  const Turned now = turned(rates, imu, 0);
   const double slope = (left[best + 1] - left[best - 1]) / 2, bend = left[best + 1] - 2 * left[best] + left[best - 1];
   if (!(bend > 0)) return std::nullopt;
   const double least = std::max(0.0, left[best] - slope * slope / (2 * bend)), explained = now.left - least;
@@ -71,15 +71,15 @@ std::optional<double> lateness(const ImuOutputs& rates, std::size_t unit) {
   return sure && std::abs(late) > kLeastLate ? std::optional(late) : std::nullopt;
 }
 
-// What is wrong with the rates of a unit against those of the first, if anything is.
-std::optional<std::string> contradiction(const ImuOutputs& rates, std::size_t unit, double noise,
+// The sentence about rates of an IMU that contradict those of the first. Nothing if they agree.
+std::optional<std::string> contradiction(const ImuOutputs& rates, std::size_t imu, double noise,
                                          const std::string& name) {
-  if (const auto late = lateness(rates, unit)) {
+  if (const auto late = lateness(rates, imu)) {
     return fmt::format(
         "turns some {} s {} than IMU {}; its `clock: {{offset}}` is too {} by about as much; `align` finds it",
         plain(std::abs(*late), 2), *late > 0 ? "later" : "earlier", name, *late > 0 ? "small" : "large");
   }
-  const Turned found = turned(rates, unit, 0);
+  const Turned found = turned(rates, imu, 0);
   if (found.left > kApart * found.power && found.left > kNoise * noise) {
     return fmt::format(
         "does not turn as IMU {} does: their rates differ by {} times the motion; check its `clock`, "
@@ -99,9 +99,9 @@ std::optional<std::string> contradiction(const ImuOutputs& rates, std::size_t un
       plain(off.norm() / kDegree, 2), name);
 }
 
-// Whether the forces of a unit that turns with the first are those of another place.
-std::optional<std::string> misplacement(const ImuOutputs& forces, std::size_t unit, const std::string& name) {
-  const auto offset = imu_offset(forces, unit);
+// The sentence about specific forces of an IMU that are those of another place. Nothing if they are not.
+std::optional<std::string> misplacement(const ImuOutputs& forces, std::size_t imu, const std::string& name) {
+  const auto offset = imu_offset(forces, imu);
   if (!offset || offset->value.norm() < kMisplaced) return std::nullopt;
   if ((offset->value.array().abs() < kBeyondDoubt * offset->sigma.array()).all()) return std::nullopt;
   return fmt::format("sits some {} m from where its `lever_arm` puts it relative to IMU {}; measure it, or say `auto`",

@@ -21,7 +21,7 @@ ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, Triad
   const Eigen::MatrixXd back = made.inverse();
   ImuOutputs found;
   const std::vector<ParityFix>& windows = log.parity.front();
-  found.of_units.assign(imus.size(), Outputs(3, static_cast<Eigen::Index>(windows.size())));
+  found.of_imus.assign(imus.size(), Outputs(3, static_cast<Eigen::Index>(windows.size())));
   std::vector<double> durations;
   for (std::size_t w = 0; w < windows.size(); ++w) {
     Eigen::MatrixXd combined(count, 3);
@@ -35,15 +35,15 @@ ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, Triad
     const Eigen::MatrixXd own = back * combined;
     const auto column = static_cast<Eigen::Index>(found.time.size());
     for (std::size_t i = 0; i < imus.size(); ++i)
-      found.of_units[i].col(column) = own.row(static_cast<Eigen::Index>(i)).transpose();
+      found.of_imus[i].col(column) = own.row(static_cast<Eigen::Index>(i)).transpose();
     found.time.push_back(windows[w].time);
     found.rate.push_back(windows[w].rate);
     durations.push_back(windows[w].duration);
   }
   const auto kept = static_cast<Eigen::Index>(found.time.size());
-  for (Outputs& of_unit : found.of_units) {
-    of_unit.conservativeResize(3, kept);
-    if (kept > 0) of_unit.colwise() -= of_unit.rowwise().mean().eval();
+  for (Outputs& of_imu : found.of_imus) {
+    of_imu.conservativeResize(3, kept);
+    if (kept > 0) of_imu.colwise() -= of_imu.rowwise().mean().eval();
   }
   if (kept > 0) found.duration = mean(durations);
   return found;

@@ -1,5 +1,5 @@
 #pragma once
-/// What each of several IMUs measured, from the mean and the parities that a log has of them.
+/// The outputs of each of several IMUs, from their mean and parities in a log.
 
 #include <Eigen/Core>
 #include <vector>
@@ -14,14 +14,14 @@ using Outputs = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< a column for eac
 
 /// The outputs of one triad in the windows that all IMUs have, at the place of the first.
 struct ImuOutputs {
-  std::vector<double> time;       ///< of each window [s]
-  std::vector<Vector3d> rate;     ///< of the mean IMU in it
-  std::vector<Outputs> of_units;  ///< without their means: offsets say nothing of how IMUs are mounted
-  double duration = 0;            ///< of a window [s]
+  std::vector<double> time;      ///< of each window [s]
+  std::vector<Vector3d> rate;    ///< of the mean IMU in it
+  std::vector<Outputs> of_imus;  ///< less their means: offsets are not informative about the mounting
+  double duration = 0;           ///< of a window [s]
 };
 
 /// The rates with &ImuSensor::gyro, the specific forces with &ImuSensor::accel. `imus` are the sensors that the mean
-/// was made of, the first as well. @pre the log has a parity less than there are imus
+/// was made of, the first as well. @pre the log has one parity less than `imus`
 ImuOutputs imu_outputs(const Log& log, const std::vector<ImuSensor>& imus, TriadMember triad);
 
 }  // namespace piste

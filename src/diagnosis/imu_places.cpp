@@ -9,12 +9,12 @@
 
 namespace piste {
 
-std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t unit) {
+std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t imu) {
   // p, biases, and a matrix by rows.
   constexpr Eigen::Index kPlace = 0, kBias = 3, kMatrix = 6, kColumns = 15;
   constexpr int kFewestMeans = 30, kTogether = 5;  // windows of a mean, in which vibration cancels
   using Rows = Eigen::Matrix<double, 3, kColumns>;
-  const Outputs &first = forces.of_units.front(), &own = forces.of_units[unit];
+  const Outputs &first = forces.of_imus.front(), &own = forces.of_imus[imu];
   const auto row_of = [&](std::size_t w) -> std::optional<Rows> {
     const double apart = forces.time[w + 1] - forces.time[w - 1];
     if (apart > 2.5 * forces.duration) return std::nullopt;

@@ -15,6 +15,6 @@ struct ImuOffset {
 };
 
 /// Nothing where too few windows have neighbours on both sides, from which ω' follows.
-std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t unit);
+std::optional<ImuOffset> imu_offset(const ImuOutputs& forces, std::size_t imu);
 
 }  // namespace piste

@@ -16,7 +16,7 @@ namespace piste {
 namespace {
 
 // One of the fused IMUs.
-struct Unit {
+struct FusedImu {
   const StudiedImu* studied;
   const MountedImu* mounted;
 
@@ -30,9 +30,9 @@ bool can_be_taken(const StudiedImu& imu) {
   return std::isfinite(alignment.variance(AlignmentLayout::kClockOffset)) && alignment.boresight_sigma().allFinite();
 }
 
-std::vector<Unit> units_of(const RunConfig& run, const std::vector<StudiedImu>& studied,
-                           std::vector<std::string>& warnings) {
-  std::vector<Unit> out;
+std::vector<FusedImu> fused_imus(const RunConfig& run, const std::vector<StudiedImu>& studied,
+                                 std::vector<std::string>& warnings) {
+  std::vector<FusedImu> out;
   for (std::size_t i = 0; i < studied.size(); ++i) {
     const std::string& name = run.mems[i].name;
     if (!can_be_taken(studied[i])) {
@@ -48,12 +48,13 @@ std::vector<Unit> units_of(const RunConfig& run, const std::vector<StudiedImu>& 
 }
 
 // From the axes of an IMU to the axes of the first IMU.
-Matrix3d axes_of(const Unit& unit, const Unit& first) {
-  return (first.alignment().q_rb.conjugate() * unit.alignment().q_rb).toRotationMatrix();
+Matrix3d axes_of(const FusedImu& single, const FusedImu& first) {
+  return (first.alignment().q_rb.conjugate() * single.alignment().q_rb).toRotationMatrix();
 }
 
 // Cross-axis effect of the IMUs' estimated scales, in the axes of their mean.
-Matrix3d across(const std::vector<Unit>& imus, const std::vector<ImuSensor>& sensors, TriadMember triad, int first) {
+Matrix3d across(const std::vector<FusedImu>& imus, const std::vector<ImuSensor>& sensors, TriadMember triad,
+                int first) {
   const ImuVector weights = imu_weights(sensors, triad);
   Matrix3d out = Matrix3d::Zero();
   for (std::size_t i = 0; i < imus.size(); ++i) {
@@ -69,15 +70,15 @@ Matrix3d across(const std::vector<Unit>& imus, const std::vector<ImuSensor>& sen
   return out;
 }
 
-ReferencedImu together(const std::vector<Unit>& imus) {
-  const Unit& first = imus.front();
+ReferencedImu together(const std::vector<FusedImu>& imus) {
+  const FusedImu& first = imus.front();
   ReferencedImu out = *first.studied->aligned;
   out.recording.further.clear();
-  for (const Unit& unit : imus) {
-    const ReferencedImu& own = *unit.studied->aligned;
-    FusedImuConditioning conditioning{.name = unit.mounted->name, .imu = own.conditioning.imu, .sensor = own.sensor};
-    if (&unit != &first) {
-      const Matrix3d R = axes_of(unit, first);
+  for (const FusedImu& single : imus) {
+    const ReferencedImu& own = *single.studied->aligned;
+    FusedImuConditioning conditioning{.name = single.mounted->name, .imu = own.conditioning.imu, .sensor = own.sensor};
+    if (&single != &first) {
+      const Matrix3d R = axes_of(single, first);
       const Vector3d apart = own.alignment.p_rb_r - first.alignment().p_rb_r;
       conditioning.imu.R_bs = R * own.conditioning.imu.R_bs;
       conditioning.sensor = turned(own.sensor, R);
@@ -97,9 +98,9 @@ ReferencedImu together(const std::vector<Unit>& imus) {
 
 // The true errors of the mean of the IMUs, along the axes of the first, without the part that was subtracted from the
 // signals.
-std::optional<ImuTruth> mean_truth(const std::vector<Unit>& imus, const ReferencedImu& mean) {
-  for (const Unit& unit : imus) {
-    if (!unit.studied->truth) return std::nullopt;
+std::optional<ImuTruth> mean_truth(const std::vector<FusedImu>& imus, const ReferencedImu& mean) {
+  for (const FusedImu& single : imus) {
+    if (!single.studied->truth) return std::nullopt;
   }
   const auto triad = [&](ImuTruth::Triad ImuTruth::*which, TriadMember sensor, const Matrix3d& taken) {
     const ImuVector weights = imu_weights(mean.imus, sensor);
@@ -136,8 +137,8 @@ std::optional<StudiedImu> study_as_one(const RunConfig& run, const RunReference&
   SensorRun& result = out.result;
   out.phases = phases;
   try {
-    const std::vector<Unit> imus = units_of(run, studied, result.warnings);
-    for (const Unit& unit : imus) result.imus.push_back(unit.mounted->name);
+    const std::vector<FusedImu> imus = fused_imus(run, studied, result.warnings);
+    for (const FusedImu& single : imus) result.imus.push_back(single.mounted->name);
     const ReferencedImu imu = together(imus);
     for (std::string& line : absence_lines(imu.log.counts.imus)) result.warnings.push_back(std::move(line));
     const SensorRun& first = imus.front().studied->result;
