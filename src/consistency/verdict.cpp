@@ -283,16 +283,18 @@ Verdict judge(const Log& log, const FilterOptions& options, const Solution& filt
 
 namespace {
 
-constexpr double kWorthTelling = 1.15;  // a factor of sigmas
+constexpr double kWorthReporting = 1.15;  // a factor of sigmas
 
 }  // namespace
 
-bool has_too_large_sigmas(const Verdict& verdict) { return !verdict.consistent && verdict.factor < 1 / kWorthTelling; }
+bool has_too_large_sigmas(const Verdict& verdict) {
+  return !verdict.consistent && verdict.factor < 1 / kWorthReporting;
+}
 
 std::string verdict_line(const Verdict& verdict) {
   if (verdict.consistent) return "sigmas hold";
   std::string line = "sigmas do not hold";
-  if (verdict.factor > kWorthTelling) line = "sigmas are too small by " + plain(verdict.factor, 2);
+  if (verdict.factor > kWorthReporting) line = "sigmas are too small by " + plain(verdict.factor, 2);
   if (has_too_large_sigmas(verdict)) line = "sigmas are too large by " + plain(1 / verdict.factor, 2);
   if (!verdict.findings.empty()) line += ": " + verdict.findings.front();
   return verdict.slow_part ? fmt::format("{}. {}", line, kInnovationsCannotTell) : line;

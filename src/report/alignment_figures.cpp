@@ -24,7 +24,7 @@ constexpr int kSignalHeight = 320;  // px
 constexpr double kLively = 4;       // s of the fastest motion
 constexpr double kAroundPeak = 2;   // s on each side
 constexpr double kSegment = 10;     // s of a periodogram
-constexpr double kTelling = 5;      // times the smallest sigma: the axis shows offsets up to this sigma
+constexpr double kInformative = 5;  // times the smallest sigma: the axis shows offsets up to this sigma
 constexpr const char* kTimeLabel = "GPS time after the body IMU's first sample [s]";
 enum SignalColour { kBodyColour, kReferenceColour, kLeftColour, kKnownColour, kAlignmentColour = 6 };
 
@@ -303,7 +303,7 @@ std::vector<Figure> drift_figures(const AlignmentPicture& p) {
   double best = std::numeric_limits<double>::infinity(), reach = 0;
   for (const LocalOffset& l : a.local) best = std::min(best, l.sigma);
   for (const LocalOffset& l : a.local) {
-    if (l.sigma <= kTelling * best) reach = std::max(reach, std::abs(l.offset) + 2 * l.sigma);
+    if (l.sigma <= kInformative * best) reach = std::max(reach, std::abs(l.offset) + 2 * l.sigma);
   }
   std::vector<double> grid, fitted, low, high;
   constexpr int kSteps = 50;

@@ -40,7 +40,7 @@ RunConfig read_run(const Config& config) {
 }
 
 // Reads the article that the campaign names, and which of its sensors correspond to the campaign's sensors.
-std::optional<ArticleBeside> read_article_beside(const Config& config, const std::vector<RunConfig>& runs) {
+std::optional<ArticleBeside> read_compared_article(const Config& config, const std::vector<RunConfig>& runs) {
   if (!config.has("article")) {
     if (config.has("article_sensors")) config.fail("article_sensors", "name the file of the `article` as well");
     return std::nullopt;
@@ -81,7 +81,7 @@ StudyConfig read_study_config(const Config& config) {
       run.fail("name", fmt::format("`{}` stands for two runs; give each its own `name`", study.runs.back().name));
     }
   }
-  study.article = read_article_beside(config, study.runs);
+  study.article = read_compared_article(config, study.runs);
   config.finish();
   if (study.runs.empty()) {
     throw ConfigError(config.file().string(),
