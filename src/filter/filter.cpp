@@ -111,7 +111,7 @@ KalmanFilter::KalmanFilter(const FilterOptions& options, const World& world, con
   imu_scales_ = ImuScales::across(options);
   gravity_ = world.gravity(start.x.p_wb);
   fault_detection_ = FaultDetection(walker_.sources().all(), options.behaviour.trust);
-  noise_score_ = NoiseScore(options, layout);
+  errors_in_variables_ = ErrorsInVariables(options, layout);
   adaptation_ = Adaptation(options, layout, walker_.sources());
   innovations_.reserve(256);
 }
@@ -197,13 +197,13 @@ std::optional<ErrorVector> KalmanFilter::change_slow_error(int receiver, const V
 }
 
 // Removes information from the scales, and returns the update that does so.
-std::optional<Update> KalmanFilter::take_information(const Vector3d& information, Block scales) {
+std::optional<Update> KalmanFilter::remove_information(const Vector3d& information, Block scales) {
   if (!layout().has(scales)) return std::nullopt;
   // At most the information of the fixes: that of the prior is not affected by noise.
   const Vector3d before = info(scales).prior(options()).head<3>().cwiseAbs2();
   const Vector3d now = state_.P.diagonal().segment<3>(layout().offset(scales));
-  const Vector3d told = (now.cwiseInverse() - before.cwiseInverse()).cwiseMax(0);
-  std::optional<Update> u = taking(information.cwiseMin(told), layout(), scales, state_.P);
+  const Vector3d of_fixes = (now.cwiseInverse() - before.cwiseInverse()).cwiseMax(0);
+  std::optional<Update> u = removing(information.cwiseMin(of_fixes), layout(), scales, state_.P);
   if (u) considered_.update(state_.P, *u);
   return u;
 }

@@ -15,7 +15,7 @@ struct Unrecorded {
   static void add_step(const Transition&) {}
   static void add_correction(const Update&) {}
   static void add_correction(const Update&, const ResetJacobian&, const Estimate&, const std::optional<Standing>&) {}
-  static void add_taken_back(const ScaleScore&, const ErrorVector&, bool) {}
+  static void add_score_correction(const ScaleScore&, const ErrorVector&, bool) {}
   static void add_inflation(const ErrorVector&) {}
   static void add_moved(const ErrorVector&) {}
   static void end_row(const FilterState&) {}
@@ -56,14 +56,14 @@ class FilterWalk {
   }
 
   void advance(const ImuStep& step) {
-    take_back_noise();
+    correct_score();
     const StepNoise& noise = f_.walker_.noise();
     const Transition t = f_.predict(step, noise);
     f_.mending_.add(t, resting());
     f_.adaptation_.propagate(f_.layout(), t, noise, step.dt);
     const auto [gyro, accel] = f_.adaptation_.imu_variances();
-    if (!resting() && f_.reference_) f_.noise_score_.add_smoothed(step.dt);
-    if (!resting() && !f_.reference_) f_.noise_score_.add(step.dt, gyro, accel);
+    if (!resting() && f_.reference_) f_.errors_in_variables_.add_smoothed(step.dt);
+    if (!resting() && !f_.reference_) f_.errors_in_variables_.add(step.dt, gyro, accel);
     recorder_.add_step(t);
   }
 
@@ -166,7 +166,10 @@ class FilterWalk {
     if (!was_used(ruling.outcome)) return false;
     // No error of the past explains a sudden disagreement. The covariance is then inflated first: the fix moves the
     // navigation states, and the other states do not follow a residual of many sigmas.
-    if (ruling.parted) recorder_.add_inflation(f_.inflate(lin, ruling.lapse));
+    if (ruling.parted) {
+      recorder_.add_inflation(f_.inflate(lin, ruling.lapse));
+      f_.errors_in_variables_.covariance_changed();
+    }
     correct(ruling.parted ? innovate(f_.state_.P, f_.layout(), lin) : u, lin);
     // In other cases of a filter at fault, the fix is used with the covariance as it is. Filter and smoother then
     // attribute the residual to the errors that led to it. The covariance is inflated afterwards.
@@ -177,8 +180,8 @@ class FilterWalk {
 
   void correct(const Update& u, const Linearization& lin) {
     const FilterState& now = f_.state_;
-    f_.noise_score_.before_fix(now.x, now.P);
-    if (!resting()) f_.noise_score_.swung(now.x, u, lin, f_.adaptation_.imu_variances()[0], f_.has_reference());
+    f_.errors_in_variables_.observe(now.x, now.P, f_.gravity_.value, u, lin, f_.adaptation_.imu_variances()[0],
+                                    f_.has_reference());
     const Estimate before = now.x;
     const std::optional<Standing> standing = f_.standing();
     const ResetJacobian G = f_.reset(f_.update(u), standing);
@@ -198,26 +201,26 @@ class FilterWalk {
     recorder_.add_step(transition);
   }
 
-  // Errors-in-variables correction of the scales for the fixes of this instant.
-  void take_back_noise() {
+  // Errors-in-variables correction of the scales for the fixes since the last one.
+  void correct_score() {
     FilterState& now = f_.state_;
-    const auto told = f_.noise_score_.after_fixes(now.x, now.P, f_.gravity_.value);
-    if (!told) return;
+    const auto of_noise = f_.errors_in_variables_.after_fixes(now.x);
+    if (!of_noise) return;
     for (const auto& [information, scales] :
-         {std::pair<Vector3d, Block>{told->information.head<3>(), Block::kGyroScale},
-          {told->information.tail<3>(), Block::kAccelScale}}) {
-      const std::optional<Update> u = f_.take_information(information, scales);
+         {std::pair<Vector3d, Block>{of_noise->information.head<3>(), Block::kGyroScale},
+          {of_noise->information.tail<3>(), Block::kAccelScale}}) {
+      const std::optional<Update> u = f_.remove_information(information, scales);
       if (!u) continue;
       f_.adaptation_.correct(f_.layout(), *u, reset_jacobian(FullError::Zero()));
       recorder_.add_correction(*u);
     }
-    const ErrorVector moved = -pull_of(told->score, f_.layout(), now.P);
+    const ErrorVector moved = -pull_of(of_noise->score, f_.layout(), now.P);
     if (f_.reference_) {
       now.mean += moved;
     } else {
       now.x = boxplus(now.x, f_.layout(), moved);
     }
-    recorder_.add_taken_back(told->score, moved, !f_.reference_);
+    recorder_.add_score_correction(of_noise->score, moved, !f_.reference_);
   }
 
   KalmanFilter& f_;

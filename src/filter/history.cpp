@@ -210,15 +210,15 @@ History::Correction History::correction(const Chunk& chunk, const Event& event) 
   return c;
 }
 
-void History::add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved) {
-  add(Kind::kTakenBack, estimate_moved);
+void History::add_score_correction(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved) {
+  add(Kind::kScore, estimate_moved);
   put_values(now_.values, score);
   put_values(now_.values, moved);
 }
 
-History::TakenBack History::taken_back(const Chunk& chunk, const Event& event) const {
+History::ScoreCorrection History::score_correction(const Chunk& chunk, const Event& event) const {
   Reader r(chunk, event.at);
-  TakenBack t;
+  ScoreCorrection t;
   r.take(t.score);
   t.moved = r.vector(layout_.size());
   t.estimate_moved = event.other != 0;

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "filter/considered.h"
-#include "filter/noise_score.h"
+#include "filter/errors_in_variables.h"
 #include "io/scratch.h"
 #include "model/dynamics.h"
 #include "piste/filter/filter_state.h"
@@ -28,7 +28,7 @@ class History {
   enum class Kind : std::uint8_t {
     kStep,
     kCorrection,  ///< by a fix
-    kTakenBack,   ///< errors-in-variables correction of the scales (filter/noise_score.h)
+    kScore,       ///< errors-in-variables correction of the scales (filter/errors_in_variables.h)
     kInflated,    ///< variances were added to the covariance
     kMoved,       ///< the estimate moved to that of a reference, or left it
     kRow          ///< the end of an epoch
@@ -49,7 +49,7 @@ class History {
     ErrorVector moved;
     ResetJacobian reset;  ///< if it moved
   };
-  struct TakenBack {
+  struct ScoreCorrection {
     ScaleScore score;
     ErrorVector moved;            ///< by −P times the score
     bool estimate_moved = false;  ///< otherwise the mean about a reference moved
@@ -69,7 +69,7 @@ class History {
   void add_correction(const Update& u, const ResetJacobian& reset, const Estimate& x,
                       const std::optional<Standing>& standing);
   /// An errors-in-variables correction of the scales, which moves the estimate, or the mean about a reference.
-  void add_taken_back(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
+  void add_score_correction(const ScaleScore& score, const ErrorVector& moved, bool estimate_moved);
   /// `variances`: added to the diagonal of the covariance.
   void add_inflation(const ErrorVector& variances);
   /// The estimate moved to that of a reference, or left it. `moved`: change of the mean of its error.
@@ -92,7 +92,7 @@ class History {
   FilterState start(const Chunk& chunk) const;  ///< at its beginning; without a reference its mean is zero
   ErrorStep step(const Chunk& chunk, const Event& event) const;
   Correction correction(const Chunk& chunk, const Event& event) const;
-  TakenBack taken_back(const Chunk& chunk, const Event& event) const;
+  ScoreCorrection score_correction(const Chunk& chunk, const Event& event) const;
   ErrorVector inflated(const Chunk& chunk, const Event& event) const;
   ErrorVector moved(const Chunk& chunk, const Event& event) const;
   const StateLayout& layout() const { return layout_; }

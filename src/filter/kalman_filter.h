@@ -4,7 +4,7 @@
 ///     IMU samples, fixes → Walker ┬ step ─→ predict ───────────────────────────┐
 ///                                 └ fix ──→ measurement model → test → update → reset → estimate, covariance
 ///                                                                │ FaultDetection
-///                                    RateMending, NoiseScore, Adaptation, inflate_covariance
+///                                    RateMending, ErrorsInVariables, Adaptation, inflate_covariance
 ///
 /// The filter is always one IMU sample behind the newest, as the walk is (walker.h).
 
@@ -18,8 +18,8 @@
 
 #include "filter/adaptation.h"
 #include "filter/considered.h"
+#include "filter/errors_in_variables.h"
 #include "filter/fault_detection.h"
-#include "filter/noise_score.h"
 #include "filter/rate_mending.h"
 #include "filter/recent_motion.h"
 #include "filter/reference.h"
@@ -57,6 +57,10 @@ class KalmanFilter {
   std::span<const Innovation> innovations() const { return innovations_; }
   void clear_innovations() { innovations_.clear(); }
   std::size_t late() const { return walker_.late(); }
+  /// Leaves out the errors-in-variables correction, for a run of which only the innovations count. In an hour it moves
+  /// the scales by some of their sigmas, and costs a third of the filter where a vehicle is constrained ten times a
+  /// second.
+  void leave_scales_uncorrected() { errors_in_variables_ = {}; }
 
   bool has_reference() const { return reference_.has_value(); }
   /// The best estimate is estimate() ⊞ mean(). Zero without a reference.
@@ -87,7 +91,7 @@ class KalmanFilter {
 
   ErrorVector inflate(const Linearization& lin, double lapse);
   std::optional<ErrorVector> change_slow_error(int receiver, const Vector3d& change);
-  std::optional<Update> take_information(const Vector3d& information, Block scales);
+  std::optional<Update> remove_information(const Vector3d& information, Block scales);
   void find_delays() { walker_.find_delays(state_.time, state_.x); }
   double variance_of(const FixDelay& delay) const;
   double gate(const Linearization& lin) const { return setup_->gate[static_cast<std::size_t>(lin.rows)]; }
@@ -112,7 +116,7 @@ class KalmanFilter {
   Estimate target_;                             // its estimate
   BodyMotion known_;                            // the motion to that estimate
   RateMending mending_;
-  NoiseScore noise_score_;
+  ErrorsInVariables errors_in_variables_;
   Adaptation adaptation_;
 };
 

@@ -58,14 +58,6 @@ PISTE_WIDE void eliminate_wide(double* C, std::ptrdiff_t size, std::ptrdiff_t co
 
 void multiply(const double* A, const double* B, std::ptrdiff_t n, double* out) { multiply_square(A, B, n, out); }
 
-void recur(Square& X, Square A, Square added, int n) {
-  for (;; A = product(A, A)) {
-    if (n % 2 == 1) X = symmetric(turned(A, X) + added);
-    if ((n /= 2) == 0) return;
-    added = symmetric(added + turned(A, added));
-  }
-}
-
 void hold(Square& all, int first) {
   using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 30, 3>;
   const Columns with = all.middleCols<3>(first);

@@ -17,19 +17,6 @@ template <class Matrix>
 void set_product(const Matrix& A, const Matrix& B, Matrix& out) {
   multiply(A.data(), B.data(), A.rows(), out.data());
 }
-inline Square product(const Square& A, const Square& B) {
-  Square out(A.rows(), A.rows());
-  set_product(A, B, out);
-  return out;
-}
-
-/// Aᵀ X A
-inline Square turned(const Square& A, const Square& X) { return product(A.transpose(), product(X, A)); }
-
-inline Square symmetric(const Square& X) { return 0.5 * (X + X.transpose()); }
-
-/// Does X ← Aᵀ X A + added n times, by doubling, for symmetric matrices.
-void recur(Square& X, Square A, Square added, int n);
 
 /// The covariance conditioned on a given value of the three states from `first` on. Their own block stays.
 void hold(Square& all, int first);

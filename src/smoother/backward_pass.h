@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "filter/errors_in_variables.h"
 #include "filter/history.h"
-#include "filter/noise_score.h"
 #include "math/square.h"
 #include "model/step_operator.h"
 #include "piste/math/interruption.h"
@@ -194,9 +194,9 @@ class BackwardPass {
   }
 
   // λ before the errors-in-variables correction.
-  void undo(const History::TakenBack& taken) {
+  void undo(const History::ScoreCorrection& correction) {
     arrive();
-    add_score(lambda_, layout_, taken.score);
+    add_score(lambda_, layout_, correction.score);
     begin_steps();
   }
 
@@ -263,9 +263,9 @@ class BackwardPass {
           if (event.other != 0) end_stretch();  // constants change
           s.mean += history.moved(chunk, event);
           break;
-        case Kind::kTakenBack:
+        case Kind::kScore:
           end_stretch();
-          if (const History::TakenBack t = history.taken_back(chunk, event); !t.estimate_moved) s.mean += t.moved;
+          if (const auto c = history.score_correction(chunk, event); !c.estimate_moved) s.mean += c.moved;
           break;
         case Kind::kRow:
           if (next < wanted_.size() && wanted_[next].row == row) {
@@ -340,8 +340,8 @@ class BackwardPass {
           undo(history.correction(chunk, *event));
           leave_stretch();
           break;
-        case Kind::kTakenBack:
-          undo(history.taken_back(chunk, *event));
+        case Kind::kScore:
+          undo(history.score_correction(chunk, *event));
           leave_stretch();
           break;
         case Kind::kInflated:
@@ -403,8 +403,8 @@ class BackwardPass {
           reset_error(e, layout_, c.reset);
           break;
         }
-        case Kind::kTakenBack:
-          if (const History::TakenBack t = history.taken_back(chunk, event); t.estimate_moved) e -= t.moved;
+        case Kind::kScore:
+          if (const auto c = history.score_correction(chunk, event); c.estimate_moved) e -= c.moved;
           break;
         case Kind::kInflated:
           take_added(e);

@@ -106,10 +106,10 @@ class Batch {
   }
 
   // A score that the data gave wrongly: the equations lose it, and the estimate moved by P times it.
-  void add_taken_back(const ScaleScore& taken, const ErrorVector&, bool) {
+  void add_score_correction(const ScaleScore& removed, const ErrorVector&, bool) {
     VectorXd score = VectorXd::Zero(layout_.size());
     for (const auto& [block, at] : {std::pair{Block::kGyroScale, 0}, std::pair{Block::kAccelScale, 3}}) {
-      if (layout_.has(block)) score.segment<3>(layout_.offset(block)) = taken.segment<3>(at);
+      if (layout_.has(block)) score.segment<3>(layout_.offset(block)) = removed.segment<3>(at);
     }
     const VectorXd told = A_.transpose() * score;
     right_ -= told;

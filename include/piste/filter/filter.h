@@ -74,7 +74,7 @@ class Filter {
   KalmanFilter& kalman();
 
   // The private parts, in place instead of on the heap. filter_in_place.cpp checks the size.
-  static constexpr std::size_t kSize = 200000;
+  static constexpr std::size_t kSize = 204800;
   alignas(64) std::array<std::byte, kSize> storage_;
 };
 

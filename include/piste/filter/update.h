@@ -22,7 +22,7 @@ struct Update {
 Update innovate(const Covariance& P, const StateLayout& layout, const Linearization& lin);
 
 /// Inverse of an innovation covariance. It is positive definite, or negative definite where an update removes
-/// information (noise_score.h).
+/// information (errors_in_variables.h).
 Matrix3d inverse_of_definite(const Matrix3d& S);
 
 /// Gain K = P Hᵀ S⁻¹.
