@@ -8,14 +8,17 @@
 #include "core/time_search.h"
 #include "filter/reference.h"
 #include "piste/smoother/rts.h"
+#include "start/merged_fixes.h"
 #include "walker/fix_queue.h"
 
 namespace piste {
 namespace {
 
 constexpr int kMostPasses = 4;
+constexpr double kRestStep = 1;  // s of a rest that are one epoch until the trajectory has converged, and one fix
 // Sigmas: a trajectory that moves by less everywhere is linearised well enough, as the next pass moves it by much less.
 constexpr double kConverged = 0.5;
+constexpr double kLastPass = 4;  // times that, where another pass follows: each moves it by a quarter of the one before
 
 // The largest change of position, velocity or attitude from one smoothed run to another, in sigmas.
 double farthest_moved(const Solution& from, const Solution& to) {
@@ -55,19 +58,27 @@ std::size_t InitialStretch::rows_of(const Solution& filtered) const {
 
 InitialStretch initial_stretch(const Log& log, const FilterOptions& options, const FoundStart& found) {
   if (!found.aligned) return {};
-  const LogPart part{.end = *found.aligned + kSameInstant, .rest_step = options.behaviour.start.rest_step};
-  InitialStretch stretch;
-  stretch.run = run_filter(log, options, found.start, Keep::kHistory, {}, part);
+  const double end = *found.aligned + kSameInstant, rest_step = options.behaviour.start.rest_step;
+  const Log part = with_merged_fixes(log, end, kRestStep);
   SmoothedState at_start;
-  stretch.rows = smooth_rts(stretch.run, {}, &at_start);
+  const auto smoothed = [&](InitialStretch& stretch, const Log& fixes, double step) {
+    const Start start = stretch.about ? without_alignment(log.world, found) : found.start;
+    stretch.run = run_filter(fixes, options, start, Keep::kHistory, {}, {.end = end, .rest_step = step}, stretch.about);
+    return smooth_rts(stretch.run, {}, &at_start);
+  };
+  const bool one_more = !part.rest.empty();
+  InitialStretch stretch;
+  stretch.rows = smoothed(stretch, part, kRestStep);
   for (int pass = 0; pass < kMostPasses; ++pass) {
     stretch.about = trajectory_of(stretch.rows, at_start.x);
-    stretch.run =
-        run_filter(log, options, without_alignment(log.world, found), Keep::kHistory, {}, part, stretch.about);
-    Solution rows = smooth_rts(stretch.run, {}, &at_start);
+    Solution rows = smoothed(stretch, part, kRestStep);
     const double moved = farthest_moved(stretch.rows, rows);
     stretch.rows = std::move(rows);
-    if (moved < kConverged) break;
+    if (moved < (one_more ? kLastPass : 1) * kConverged) break;
+  }
+  if (one_more) {
+    stretch.about = trajectory_of(stretch.rows, at_start.x);
+    stretch.rows = smoothed(stretch, log, rest_step);
   }
   return stretch;
 }
