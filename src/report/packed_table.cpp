@@ -161,7 +161,7 @@ std::string PackedTable::json() const {
 std::string deflated(std::string_view bytes) {
   namespace zlib = boost::beast::zlib;
   zlib::deflate_stream stream;
-  stream.reset(9, 15, 9, zlib::Strategy::normal);
+  stream.reset(6, 15, 9, zlib::Strategy::normal);
   std::string out(stream.upper_bound(bytes.size()) + 16, '\0');
   zlib::z_params z;
   z.next_in = bytes.data();
