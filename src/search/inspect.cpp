@@ -71,8 +71,8 @@ void compare_attitudes(Inspection& inspection, std::vector<Suspicion>& found) {
   const auto imu = inspection.first(LogKind::kImu);
   if (!imu) return;
   const LogMatch* track = inspection.first_match();
-  const bool told = track != nullptr && track->motion && !track->motion->mirrored;
-  const Matrix3d axes = told ? track->motion->R_bs : Matrix3d(Matrix3d::Identity());
+  const bool known = track != nullptr && track->motion && !track->motion->mirrored;
+  const Matrix3d axes = known ? track->motion->R_bs : Matrix3d(Matrix3d::Identity());
   for (std::size_t j = 0; j < inspection.logs.size(); ++j) {
     InspectedLog& log = inspection.logs[j];
     if (!log.is(LogKind::kAttitude) || !log.attitude_sampling) continue;
@@ -160,6 +160,7 @@ bool may_calibrate(const Inspection& inspection, const InspectedLog& receiver) {
 std::optional<Calibration> try_calibration(Inspection& inspection, const InspectedLog& receiver,
                                            std::vector<Suspicion>& found, const Work& work, double later) {
   constexpr double kFar = 3, kSure = 0.3, kCoarse = 0.5;  // m
+  const double kDecided = std::log(2) + 3;                // of ln p, between two readings
   const auto imu = inspection.first(LogKind::kImu);
   if (!may_calibrate(inspection, receiver)) return std::nullopt;
   const InspectedLog& body = inspection.logs[*imu];
@@ -174,10 +175,10 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
   conditioning.accel_range = options.sensor.accel.range;
   try {
     const LogMatch* match = inspection.first_match();
-    const bool told = match != nullptr && match->clock && !match->velocities_may_be_late;
+    const bool known = match != nullptr && match->clock && !match->velocities_may_be_late;
     const Recording recording{body.imu, {receiver.gnss}, {}};
     // A receiver's latency is constant, so its own two times determine the drift.
-    const ToldClock clock{told ? match->clock->sigma : std::numeric_limits<double>::infinity(),
+    const ToldClock clock{known ? match->clock->sigma : std::numeric_limits<double>::infinity(),
                           inspection.imu_clock() != nullptr};
     const WholeLog whole = whole_log(inspection, recording, conditioning, options);
     const double calibrating = cost_of_calibration(recording, clock, all_cores()),
@@ -198,8 +199,11 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
       auto all = calibrated(used, Antenna::kNearBy, (coarse ? calibrating + settling : 0) + rest);
       if (!coarse || (all && all->fits() && all->lever_arm_sigma.maxCoeff() < kHousing)) return all;
       auto housed = calibrated(used, Antenna::kInHousing, rest);
-      const bool likelier = housed && housed->fits() && (!all || !all->fits() || housed->likelihood > all->likelihood);
-      return likelier ? housed : all;
+      if (!housed || !housed->fits() || !all || !all->fits()) return housed && housed->fits() ? housed : all;
+      // The sigma of the housing is narrow: it has to be the likelier of the two beyond doubt.
+      const double innovations =
+          static_cast<double>(receiver.gnss.fixes.size()) + static_cast<double>(receiver.gnss_health->velocities);
+      return innovations * (housed->likelihood - all->likelihood) > kDecided ? housed : all;
     };
     auto found_here = found_with(options);
     if (!found_here) return std::nullopt;
