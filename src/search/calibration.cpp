@@ -35,13 +35,13 @@ constexpr double kAstray = 0.1;  // of the logarithm of a row's likelihood: filt
 constexpr std::array kFarOff{-20.0, -14.0, -10.0, -7.0, -5.0, 5.0, 7.0, 10.0, 14.0, 20.0};
 constexpr double kOverstated = 0.3;  // of the sigmas of positions: as far as these are off at least
 constexpr double kWideGate = 1 - 1e-9;
-// Offsets of the clock that are tried, s: where nothing is told of it, and where rests tell it to a second.
+// Offsets of the clock that are tried, s: where nothing is known of it, and where rests determine it to a second.
 constexpr double kFarthest = 0.5, kFarthestTold = 3, kStep = 0.1;
-// The drift of a clock: s between two stretches of motion that tell it, and the most that an oscillator may have.
+// The drift of a clock: s between two stretches of motion that determine it, and the most that an oscillator may have.
 constexpr double kApart = 120, kMostDrift = 1e-3;
 constexpr double kSureDrift = 4, kLeastChange = 0.005;  // sigmas, and s over the log
 
-// s: the clock is that far from what is told at most.
+// s: the clock is at most that far from the configured one.
 double unsure(double clock_sigma) {
   return std::isfinite(clock_sigma) ? std::min(kFarthestTold, kLoose * clock_sigma) : kFarthest;
 }
@@ -54,7 +54,7 @@ int held_steps(double unsure) { return static_cast<int>(std::ceil(std::min(unsur
 
 // How many runs Calibrator::locate() makes one after the other.
 double attempts_of(double unsure, std::size_t jobs) {
-  constexpr double kOneByOne = 5;  // finer floors, refined, once more as told
+  constexpr double kOneByOne = 5;  // finer floors, refined, once more as configured
   const double offsets = 2 * steps_within(unsure, kStep) + 1;
   return cost_of_runs(offsets, 1, jobs) + kOneByOne + 2 * held_steps(unsure) + 1;
 }
@@ -97,9 +97,9 @@ class Calibrator {
     conditioning_.span = stretch;
   }
 
-  // The likeliest clock and lever arm with the sensor as it is told; nothing if no candidate starts.
+  // The maximum-likelihood clock and lever arm with the sensor as configured; nothing if no candidate starts.
   std::optional<Attempt> locate(const ProgressCallback& progress = {}) {
-    const double told = conditioning_.imu.clock_offset;
+    const double configured = conditioning_.imu.clock_offset;
     const FilterOptions at_first = options_;
     take_fixes(kFloors.front());
     const int steps = steps_within(unsure_, kStep);
@@ -107,14 +107,14 @@ class Calibrator {
     const double all = attempts_of(unsure_, jobs_), together = cost_of_runs(1, 1, jobs_);
     double done = 0;
     std::mutex mutex;
-    const auto tell = [&](double more) {
+    const auto report = [&](double more) {
       if (!progress) return;
       const std::lock_guard lock(mutex);
       progress((done += more) / all);
     };
     for_each_parallel(attempts.size(), jobs_, [&](std::size_t k) {
-      attempts[k] = attempt(told + (static_cast<double>(k) - steps) * kStep);
-      tell(together);
+      attempts[k] = attempt(configured + (static_cast<double>(k) - steps) * kStep);
+      report(together);
     });
     for (Attempt& a : attempts) keep(std::move(a));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
@@ -122,17 +122,17 @@ class Calibrator {
       if (floor == kFloors.front()) continue;
       go_finer(floor);
       if (!std::isfinite(best_.likelihood)) return std::nullopt;
-      tell(1);
+      report(1);
     }
     refine();
-    tell(1);
+    report(1);
     // Coarse fixes may have led to another heading, from where no finer ones lead back.
     FilterOptions led = std::exchange(options_, at_first);
     options_.behaviour.trust.gate = gate_;
     options_.priors.gnss_delay = kSureClock;
-    const bool again = keep(attempt(told));
-    tell(1);
-    const bool held = keep_closely_held(told, tell);
+    const bool again = keep(attempt(configured));
+    report(1);
+    const bool held = keep_closely_held(configured, report);
     if (again || held) {
       refine();
     } else {
@@ -160,7 +160,7 @@ class Calibrator {
       take_fixes(0);
       best_ = {};
       if (keep(attempt(before.offset)) && best_.likelihood > before.likelihood) return;
-    } catch (const DataError&) {  // the innovations tell nothing
+    } catch (const DataError&) {  // the innovations determine nothing
     }
     noise_.reset();
     options_ = options_before;
@@ -222,18 +222,18 @@ class Calibrator {
     return a;
   }
 
-  // Where no rest tells the biases, a filter may go astray with delay, heading and biases all unknown. So it is tried
-  // with the delay held at several values about the one that is told. Returns whether one of them is far likelier than
-  // what was found before, and keeps it then.
-  template <class Tell>
-  bool keep_closely_held(double told, const Tell& tell) {
+  // Where no rest determines the biases, a filter may go astray with delay, heading and biases all unknown. So it is
+  // tried with the delay held at several values about the configured one. Returns whether one of them is far more
+  // likely than what was found before, and keeps it then.
+  template <class Report>
+  bool keep_closely_held(double configured, const Report& report) {
     const Priors loose = options_.priors;
     const Attempt before = best_;
     (late_velocities() ? options_.priors.velocity_delay : options_.priors.gnss_delay) = kHeld;
     const int steps = held_steps(unsure_);
     for (int k = -steps; k <= steps; ++k) {
-      keep(attempt(told + k * kHeldStep));
-      tell(1);
+      keep(attempt(configured + k * kHeldStep));
+      report(1);
     }
     if (best_.likelihood > before.likelihood + kAstray) return true;
     best_ = before;
@@ -241,22 +241,22 @@ class Calibrator {
     return false;
   }
 
-  // Goes on from what coarser fixes told, with fixes no finer than `floor` [m, m/s].
+  // Goes on from the estimates with coarser fixes, with fixes no finer than `floor` [m, m/s].
   void go_finer(double floor) {
-    const Attempt told = best_;
+    const Attempt coarser = best_;
     options_.behaviour.trust.gate = gate_;
-    options_.gnss.front().lever_arm = told.last.lever_arm;
-    options_.priors.lever_arm = std::clamp(kLoose * told.sigmas.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(),
+    options_.gnss.front().lever_arm = coarser.last.lever_arm;
+    options_.priors.lever_arm = std::clamp(kLoose * coarser.sigmas.segment<3>(full_offset(Block::kLeverArm)).maxCoeff(),
                                            kLeastArm, options_.priors.lever_arm);
-    options_.priors.gnss_delay = std::clamp(kLoose * told.clock_sigma(), kLeastDelay, options_.priors.gnss_delay);
+    options_.priors.gnss_delay = std::clamp(kLoose * coarser.clock_sigma(), kLeastDelay, options_.priors.gnss_delay);
     if (late_velocities()) {
-      options_.gnss.front().velocity_delay = told.velocity_delay();
+      options_.gnss.front().velocity_delay = coarser.velocity_delay();
       options_.priors.velocity_delay =
-          std::clamp(kLoose * told.velocity_delay_sigma(), kLeastDelay, options_.priors.velocity_delay);
+          std::clamp(kLoose * coarser.velocity_delay_sigma(), kLeastDelay, options_.priors.velocity_delay);
     }
     take_fixes(floor);
     best_ = {};
-    keep(attempt(told.clock_offset()));
+    keep(attempt(coarser.clock_offset()));
   }
 
   void take_fixes(double floor) {
@@ -285,10 +285,10 @@ class Calibrator {
   Recording fixes_;  // its copy, with the floor of the stage
   ConditioningOptions conditioning_;
   FilterOptions options_;
-  double gate_;  // as told
+  double gate_;  // as configured
   std::optional<ReceiverNoise> noise_;
   std::size_t jobs_;
-  double unsure_;  // s: the clock is that far from what is told at most
+  double unsure_;  // s: the clock is at most that far from the configured one
   Attempt best_;
 };
 
@@ -311,7 +311,7 @@ struct CalibrationCosts {
   double locate, check, noise, drift;
 };
 
-// By how much the clock drifts more than `first` was told, from the last minutes of motion; 0 where that is not sure.
+// By how much the clock drifts more than `first` assumes, from the last minutes of motion; 0 where that is not sure.
 double drift_beside(const Recording& recording, const Calibration& first, ConditioningOptions conditioning,
                     FilterOptions options, const Interval& early, const Interval& late, double arm_prior,
                     const ProgressCallback& progress) {
@@ -364,7 +364,7 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
   // By chance a wrong clock may be likelier than all that are far off; with the noise that explains it, they are as
   // likely.
   if (!is_told(*beginning)) return std::nullopt;
-  // In a housing the prior tells where the antenna is: the replay, which has it too, is to start from it.
+  // In a housing the prior determines where the antenna is: the replay, which has it too, is to start from it.
   const auto calibration_of = [antenna, stated](Calibrator& calibrator) {
     Calibration all = calibrator.calibration();
     all.sigma_scales.position *= stated;

@@ -1,5 +1,5 @@
 #pragma once
-/// What the filter itself tells of a pair of logs: how far their clocks are apart, where the antenna sits, and how
+/// What the filter itself estimates of a pair of logs: how far their clocks are apart, where the antenna sits, and how
 /// noisy the IMU is in motion.
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace piste {
 
 /// What is known of the clock in a ConditioningOptions.
 struct ToldClock {
-  /// Of its offset [s]; infinite: nothing is known. Where that is more than 20 ms, offsets beside it are tried too: as
+  /// Of its offset [s]; infinite: nothing is known. Where that is more than 20 ms, offsets next to it are tried too: as
   /// far as it may be off, and half a second where nothing is known.
   double sigma;
   bool with_drift = false;  ///< whether its drift is known, so that none is sought
@@ -51,15 +51,15 @@ inline DriftBy drift_by(const ReceiverNoise& noise) {
 }
 
 /// Replays the first minutes of motion with lever arm and delay as states, for several clock offsets and noises, and
-/// keeps those for which the innovations are likeliest (tune/evidence.h). The noise of the IMU and the
+/// keeps those with the most likely innovations (tune/evidence.h). The noise of the IMU and the
 /// errors of the receiver are those of likeliest_noise() (tune/likeliest_noise.h), with `jobs` filter runs at a time.
-/// Where the last minutes of motion are far from the first, the same filter tells the offset there too, and so the
+/// Where the last minutes of motion are far from the first, the same filter estimates the offset there too, and so the
 /// drift of the clock if it is significant.
 /// Where heights stand still and came out too exact, all is done again with the errors of their rounding
 /// (tune/standing_heights.h).
-/// Nothing if no candidate starts, or if the clock is not told to 0.1 s and fixes are as likely with one that is
+/// Nothing if no candidate starts, or if the clock is not known to 0.1 s and fixes are as likely with one that is
 /// seconds off. Sigmas of positions that are far too large make it so, and are made smaller first. @pre `options` has
-/// one receiver, `recording` too. `work` is told of the steps, and of more of them than cost_of_calibration() expects.
+/// one receiver, `recording` too. `work` gets the steps, and of more of them than cost_of_calibration() expects.
 std::optional<Calibration> calibrate(const Recording& recording, ConditioningOptions conditioning,
                                      FilterOptions options, const ToldClock& clock, Antenna antenna = Antenna::kNearBy,
                                      std::size_t jobs = 1, const Work& work = {});

@@ -43,7 +43,7 @@ bool velocities_contradict(WholeLog log, const Calibration& found, const Progres
   log.velocities = false;
   const auto without = log.filtered(found, part_of(progress, 0.5, 1));
   if (!with || !without) return false;
-  // Few positions may lead a filter astray, which tells nothing.
+  // Few positions may lead a filter astray, which proves nothing.
   const auto nis = [](const Solution& run) { return nis_of_positions(run.innovations, run.sources); };
   if (nis(*without) > std::max(kRight, nis(*with))) return false;
   return elsewhere(Block::kLeverArm, *with, *without) ||

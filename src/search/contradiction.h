@@ -1,5 +1,5 @@
 #pragma once
-/// Whether what the whole log tells contradicts itself: the clock, the velocities, or the vehicle.
+/// Whether what the whole log shows contradicts itself: the clock, the velocities, or the vehicle.
 
 #include "piste/inspect/inspection.h"
 #include "search/whole_log.h"
@@ -12,8 +12,8 @@ bool drifts_plausibly(const Calibration& found);
 /// Whether the receiver's velocities contradict its positions over the whole log: without them the filter would have
 /// the antenna, or the clock, elsewhere by many of its sigmas. Velocities that a receiver smooths by a model of its own
 /// do so, and no delay mends them. A clock that drifts by more than any clock does counts too. False without
-/// velocities, and where positions alone tell little. (Of two estimates the one that presumes less is trusted: Hausman,
-/// "Specification tests in econometrics", 1978.)
+/// velocities, and where positions alone determine little. (Of two estimates the one that presumes less is trusted:
+/// Hausman, "Specification tests in econometrics", 1978.)
 bool velocities_contradict(WholeLog log, const Calibration& found, const ProgressCallback& progress = {});
 
 /// Whether the constraint of a vehicle contradicts the fixes over the whole log: with it the filter would have the

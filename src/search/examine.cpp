@@ -107,14 +107,14 @@ std::optional<ReceiverClock> clock_of(const InspectedLog& l) {
   return fit_clock(logger, gps);
 }
 
-// The clock of a logger that writes its own time beside that of the receiver, in rows of their own.
+// The clock of a logger that writes its own time next to that of the receiver, in rows of their own.
 std::optional<ReceiverClock> clock_told(const InspectedLog& l) {
   if (l.guess->clock.empty()) return std::nullopt;
   std::vector<double> logger, gps, offsets;
-  for (const auto& [own, told] : l.guess->clock) {
+  for (const auto& [own, of_receiver] : l.guess->clock) {
     logger.push_back(own);
-    gps.push_back(told);
-    offsets.push_back(own - told);
+    gps.push_back(of_receiver);
+    offsets.push_back(own - of_receiver);
   }
   if (auto fitted = fit_clock(logger, gps)) return fitted;
   ReceiverClock clock;  // of few pairs: without a drift
@@ -198,7 +198,7 @@ void read_receiver(InspectedLog& l) {
   leave_out_refuted_velocities(l);
 }
 
-// Takes the unit of rates that no header tells from the motion: as fast as gravity turns in the body.
+// Takes the unit of rates that no header states from the motion: as fast as gravity turns in the body.
 void judge_rate_unit(InspectedLog& l) {
   if (!l.guess->guessed_rates || !l.log.columns) return;
   std::string& unit = l.log.columns->uses.at("gyro").unit;

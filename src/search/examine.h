@@ -15,7 +15,7 @@ void examine(InspectedLog& log, std::vector<Suspicion>& found);
 /// are known to each other, and examines it again.
 void judge_rests(Inspection& inspection);
 
-/// Takes out of the times of the first IMU the steps forward of its clock, which the fixes of the first receiver tell
+/// Takes out of the times of the first IMU the steps forward of its clock, which the fixes of the first receiver show
 /// from missing rows (inspect/clock_leaps.h), and lists them.
 void take_out_leaps(Inspection& inspection);
 

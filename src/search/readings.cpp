@@ -49,7 +49,7 @@ void say_axes(Inspection& found, const std::optional<Matrix3d>& axes) {
 std::optional<Question> about_axes(const Inspection& found) {
   const Matrix3d R_bs = guess_conditioning(found).R_bs;
   const LogMatch* match = found.first_match();
-  const bool told = match != nullptr && match->motion && !match->motion->mirrored;
+  const bool known = match != nullptr && match->motion && !match->motion->mirrored;
   Question question{"which axes of the IMU point forward, right and down", "axes", {}};
   const auto add = [&](const Matrix3d& axes, const std::optional<Matrix3d>& stated) {
     question.readings.push_back({"axes: " + axes_text(axes), [stated](Inspection& said) { say_axes(said, stated); }});
@@ -58,7 +58,7 @@ std::optional<Question> about_axes(const Inspection& found) {
   for (const Matrix3d& axes : signed_permutations()) {
     if (axes == R_bs || axes.determinant() < 0) continue;
     const bool as_likely =
-        told ? std::ranges::count(match->motion->as_likely, axes_text(axes)) > 0 : axes.row(2) == R_bs.row(2);
+        known ? std::ranges::count(match->motion->as_likely, axes_text(axes)) > 0 : axes.row(2) == R_bs.row(2);
     if (as_likely) add(axes, axes);
   }
   if (question.readings.size() < 2) return std::nullopt;
@@ -128,7 +128,7 @@ std::vector<std::optional<double>> weights(const Question& question, const Confi
   return all;
 }
 
-// Takes the likeliest reading if it gains enough, and keeps those as likely as a doubt.
+// Takes the most likely reading if it gains enough, and keeps those as likely as a doubt.
 void answer(const Question& question, const Configured& configured, Inspection& found) {
   const std::vector<std::optional<double>> ln_p = weights(question, configured, found);
   const auto tried = static_cast<double>(std::ranges::count_if(ln_p, [](const auto& p) { return p.has_value(); }));

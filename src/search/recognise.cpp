@@ -32,9 +32,9 @@ std::vector<InspectedLog> guessed(const LogSource& source, std::vector<Suspicion
       found.push_back(
           {LogFault::kNotUsed, file, guess.lost, "name them so in the header, such as `height_m`, `time_s`"});
     }
-    std::vector<LogGuess> beside = std::move(guess.beside);
+    std::vector<LogGuess> others = std::move(guess.beside);
     add(std::move(guess));
-    for (LogGuess& other : beside) add(std::move(other));
+    for (LogGuess& other : others) add(std::move(other));
   } catch (const DataError& e) {
     found.push_back({LogFault::kUnreadable, file, e.what(), "piste cannot use this file as it is"});
     add(std::nullopt);

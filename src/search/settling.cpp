@@ -22,15 +22,15 @@ constexpr double kTuned = 900;      // s of motion that noise is sought in
 constexpr double kMuchMore = 1.25;  // times the motion that was searched before: less is not searched again
 constexpr int kMostRounds = 10;
 // Of the fixes, the share that may be refused: ten times what the gate refuses where the sigmas are right. Where most
-// of the log has told the noise, it has seen the worst sky, and long tails are no reason for larger sigmas of all the
-// rest.
+// of the log has determined the noise, it has seen the worst sky, and long tails are no reason for larger sigmas of all
+// the rest.
 constexpr double kRefused = 0.01, kRefusedOfTails = 0.03;
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
-constexpr double kToldDrift = 0.5;                 // of its prior: a drift that is no better known is not told
+constexpr double kKnownDrift = 0.5;                // of its prior: a drift that is no better known is not determined
 constexpr double kRounds = 5, kRunCost = 2;        // rounds as a rule; a run finds its start besides
 constexpr const char *kWholeStage = "whole log", *kMotionStage = "noise in all motion";
-constexpr std::size_t kFew = 20;  // of fewer fixes no share is told
+constexpr std::size_t kFew = 20;  // fewer fixes give no share
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance
 
 // By what factor the sigmas of a source have to grow so that no larger a share of its fixes than `most` is refused; 1
@@ -52,7 +52,7 @@ double growth(const Solution& run, const std::string& source, double most) {
 
 // Whether a run knows the drift of the clock better than before it.
 bool tells_drift(const Solution& run, const Priors& before) {
-  return run.sigmas(run.size() - 1).blocks(full_offset(Block::kClockDrift)) < kToldDrift * before.clock_drift;
+  return run.sigmas(run.size() - 1).blocks(full_offset(Block::kClockDrift)) < kKnownDrift * before.clock_drift;
 }
 
 // Takes the clock from a run that estimates its offset, and its drift if it `drifts`. Returns whether it has moved.
@@ -92,7 +92,7 @@ Interval motion_of(const WholeLog& log) {
   return motion_of(log.recording.gnss.front().fixes, log.options.behaviour.start);
 }
 
-// With the noise that is to be expected by a quarter of an hour of `motion`; nothing where that tells none.
+// With the noise that is to be expected by a quarter of an hour of `motion`; nothing where that determines none.
 std::optional<Calibration> with_noise_of(const WholeLog& log, Calibration found, const Interval& motion,
                                          std::size_t jobs, const ProgressCallback& progress) {
   ReplayOptions run = log.replayed(found);

@@ -9,7 +9,7 @@
 namespace piste {
 namespace {
 
-FilterOptions told(const WholeLog& log, const Calibration& found) {
+FilterOptions options_of(const WholeLog& log, const Calibration& found) {
   FilterOptions filter = log.options;
   filter.sensor = found.sensor;
   filter.vehicle = log.vehicle;
@@ -34,7 +34,7 @@ FilterOptions told(const WholeLog& log, const Calibration& found) {
 
 ReplayOptions WholeLog::replayed(const Calibration& found) const {
   ReplayOptions all{.conditioning = conditioning,
-                    .filter = told(*this, found),
+                    .filter = options_of(*this, found),
                     .longest = WholeLog::kLongest,
                     .smoother = SmootherKind::kNone,
                     .history = false};
@@ -51,11 +51,11 @@ Recording WholeLog::scaled(const Calibration& found) const {
 
 std::optional<Solution> WholeLog::filtered(const Calibration& found, const ProgressCallback& progress) const {
   try {
-    const auto tell = [&](std::string_view, std::size_t done, std::size_t all) {
+    const auto report = [&](std::string_view, std::size_t done, std::size_t all) {
       if (progress && all > 0) progress(static_cast<double>(done) / static_cast<double>(all));
     };
     const ReplayOptions how = replayed(found);
-    Solution run = replay(thinned(condition(scaled(found), how.conditioning)), how, tell).filtered.solution;
+    Solution run = replay(thinned(condition(scaled(found), how.conditioning)), how, report).filtered.solution;
     if (!run.empty()) return run;
   } catch (const Error&) {  // no start, or a filter that diverges
   }

@@ -18,11 +18,11 @@ struct WholeLog {
   const ConditioningOptions& conditioning;
   const FilterOptions& options;           ///< what calibrate() was given, with one receiver
   std::optional<VehicleOptions> vehicle;  ///< what carries the IMU, if it does
-  bool find_clock;                        ///< no log tells the clock: the delay of the fixes is estimated
+  bool find_clock;                        ///< no log states the clock: the delay of the fixes is estimated
   bool drifts = find_clock;               ///< and the drift of the clock
   bool velocities = true;                 ///< those of the receiver are used
 
-  /// What `replay` is told by the configuration of a calibration: of an hour at most, without smoother.
+  /// What the configuration gives `replay` of a calibration: of an hour at most, without smoother.
   ReplayOptions replayed(const Calibration& found) const;
   /// The log with the sigmas of positions and velocities that were found.
   Recording scaled(const Calibration& found) const;

@@ -8,11 +8,11 @@
 namespace piste {
 
 struct Work::State {
-  StageProgress tell;
+  StageProgress report;
   std::mutex mutex;
-  double left = 0;            // costs from the step at hand on
-  double from = 0, to = 0;    // the share of the step at hand
-  double cost = 0, told = 0;  // of the step at hand; the furthest that was told
+  double left = 0;                // costs from the step at hand on
+  double from = 0, to = 0;        // the share of the step at hand
+  double cost = 0, reported = 0;  // of the step at hand; the furthest that was reported
   std::string stage;
 
   // Ends the step at hand. @pre locked
@@ -23,15 +23,15 @@ struct Work::State {
   }
   // @pre locked
   void say(double part) {
-    told = std::max(told, part);
-    tell(stage, told);
+    reported = std::max(reported, part);
+    report(stage, reported);
   }
 };
 
-Work::Work(StageProgress tell) {
-  if (!tell) return;
+Work::Work(StageProgress report) {
+  if (!report) return;
   state_ = std::make_shared<State>();
-  state_->tell = std::move(tell);
+  state_->report = std::move(report);
 }
 
 void Work::expect(double cost) const {

@@ -9,14 +9,14 @@
 
 namespace piste {
 
-/// Tells the progress of steps whose costs are known roughly beforehand, in any unit. Each step gets the share of what
-/// is left that its cost has in the costs that are left, so that the progress never goes back, whatever turns out to be
-/// needed besides. A copy is of the same work.
+/// Reports the progress of steps whose costs are known roughly beforehand, in any unit. Each step gets the share of
+/// what is left that its cost has in the costs that are left, so that the progress never goes back, whatever turns out
+/// to be needed besides. A copy is of the same work.
 class Work {
  public:
-  /// Tells nobody.
+  /// Reports to nobody.
   Work() = default;
-  explicit Work(StageProgress tell);
+  explicit Work(StageProgress report);
 
   /// The costs of all steps from here on, instead of what was left of the costs before.
   void expect(double cost) const;

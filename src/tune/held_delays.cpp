@@ -5,11 +5,11 @@
 
 namespace piste {
 
-Start with_delays(Start start, const Estimate& told) {
-  start.x.gnss_delay = told.gnss_delay;
-  start.x.velocity_delay = told.velocity_delay;
-  start.x.attitude_delay = told.attitude_delay;
-  start.x.clock_drift = told.clock_drift;
+Start with_delays(Start start, const Estimate& estimated) {
+  start.x.gnss_delay = estimated.gnss_delay;
+  start.x.velocity_delay = estimated.velocity_delay;
+  start.x.attitude_delay = estimated.attitude_delay;
+  start.x.clock_drift = estimated.clock_drift;
   return start;
 }
 

@@ -81,7 +81,7 @@ NoiseModel expected(const NoiseFound& found, const std::vector<LogInterval>& int
 }
 
 // What the data say of the total that a receiver states: with more than they show, the factor of its sigmas is that of
-// the white part, and the total is not theirs to tell.
+// the white part, and they do not determine the total.
 void add_stated_totals(const NoiseModel& found, const NoiseModel& kept, std::vector<TunedNoise>& numbers) {
   for (std::size_t i = 0; i < kept.gnss.size(); ++i) {
     const double before = found.gnss[i].position(), total = kept.gnss[i].position();
@@ -123,7 +123,7 @@ std::vector<SourceNis> nis_of(const Evidence& run) {
 }
 
 // The same noise with a coloured error of the first receiver, of several sizes and times. What noise of the IMU was
-// made for this error without it may be too large beside it.
+// made for this error without it may be too large next to it.
 std::vector<NoiseModel> with_drifts(const NoiseModel& model) {
   std::vector<NoiseModel> models;
   for (const double time : {1.0, 5.0, 30.0, 150.0}) {
@@ -174,7 +174,7 @@ std::vector<NoiseModel> with_kinds(const NoiseModel& model, const std::vector<Gn
 
 // By how much the heights of a receiver are worse than its north and east, both against their sigmas: by medians, as
 // outliers are not to decide. 1 where it has no positions.
-double heights_beside(const Evidence& run, std::size_t receiver) {
+double ratio_of_heights(const Evidence& run, std::size_t receiver) {
   const std::string name = fmt::format("gnss[{}].position", receiver);
   std::vector<double> level, heights;  // squares, in sigmas
   for (const Innovation& i : run.innovations) {
@@ -192,8 +192,8 @@ double heights_beside(const Evidence& run, std::size_t receiver) {
 NoiseModel with_heights(NoiseModel model, const Evidence& run) {
   constexpr double kAlike = 1.5, kMost = 100;  // factors: not looked into; a receiver states nothing at all
   for (std::size_t i = 0; i < model.gnss.size(); ++i) {
-    const double beside = std::clamp(heights_beside(run, i), 1 / kMost, kMost);
-    if (std::abs(std::log(beside)) > std::log(kAlike)) model.gnss[i].height *= beside;
+    const double ratio = std::clamp(ratio_of_heights(run, i), 1 / kMost, kMost);
+    if (std::abs(std::log(ratio)) > std::log(kAlike)) model.gnss[i].height *= ratio;
   }
   return model;
 }
@@ -213,7 +213,7 @@ double rows_of(const Evidence& run, std::string_view source) {
   return rows;
 }
 
-const NoisePoint& likeliest(const std::vector<NoisePoint>& points) {
+const NoisePoint& most_likely(const std::vector<NoisePoint>& points) {
   return *std::max_element(points.begin(), points.end(),
                            [](const NoisePoint& a, const NoisePoint& b) { return a.value < b.value; });
 }
@@ -256,11 +256,11 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
   const double positions = rows_of(found.best.evidence, "gnss[0].position");
   const bool stated = std::any_of(centre.gnss.begin(), centre.gnss.end(), [](const auto& g) { return g.drift > 0; });
   const bool is_white = !centre.gnss.empty() && centre.gnss.front().is_white;  // by the user's word
-  // The gain of the likeliest of these models, which becomes the one that was found if it is above the penalty.
+  // The gain of the most likely of these models, which becomes the one that was found if it is above the penalty.
   const auto gain_of = [&](const std::vector<NoiseModel>& models, double penalty) {
     const double before = search.filtered(log_judged, found.best.model).evidence.likelihood;
     const std::vector<NoisePoint> coarse = search.filtered(log_judged, models);
-    const NoisePoint& first = likeliest(coarse);
+    const NoisePoint& first = most_likely(coarse);
     const double rough = first.evidence.likelihood - before;
     if (!(rough > 0)) return rough;
     NoiseFound better = search.climb(first.model);
@@ -280,7 +280,7 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
     }
   }
   if (!found.best.model.gnss.empty()) {
-    // Beside a coloured error of positions another one cannot be sought: its heights get what is their least.
+    // Next to a coloured error of positions another one cannot be sought: its heights get what is their least.
     ReceiverNoise& receiver = found.best.model.gnss.front();
     const StandingHeights standing = standing_heights(log.gnss.front(), log.world);
     if (receiver.drift > 0 && too_exact(receiver, standing)) receiver.standing = standing;
@@ -313,8 +313,8 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
 
 Tuning likeliest_noise(const Log& log, const FilterOptions& options, const Start& start, const TuneOptions& how,
                        const ProgressCallback& progress) {
-  const bool told = std::ranges::any_of(options.gnss, [](const auto& g) { return g.drift.has_value(); });
-  if (told || options.gnss.empty()) return sought(log, options, start, how, progress);
+  const bool stated = std::ranges::any_of(options.gnss, [](const auto& g) { return g.drift.has_value(); });
+  if (stated || options.gnss.empty()) return sought(log, options, start, how, progress);
   const StandingHeights standing = standing_heights(log.gnss.front(), log.world);
   const double first = standing.slow > 0 ? 0.5 : 1;  // of the work: another search may follow
   Tuning found = sought(log, options, start, how, part_of(progress, 0, first));

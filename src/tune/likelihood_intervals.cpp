@@ -10,7 +10,7 @@ namespace piste {
 namespace {
 
 constexpr int kRounds = 8;
-constexpr double kUntold = 1.2;                          // of the reach: hardly told, and not looked at closely
+constexpr double kUndetermined = 1.2;                    // of the reach: hardly determined, and not looked at closely
 constexpr double kClose = 0.03;                          // of a 1-sigma
 constexpr double kLeastStretch = 0.3, kMostStretch = 3;  // of the reach, in a round
 
@@ -76,13 +76,13 @@ std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const J
     }
   };
   seek();
-  // The end is farther where the other knobs are likeliest at it than where they went along.
+  // The end is farther where the other knobs are most likely at it than where they went along.
   const Eigen::VectorXd middle = logarithms(found.knobs, found.best.model);
   std::vector<std::size_t> open, held;
   std::vector<NoiseModel> models;
   for (std::size_t end = 0; end < ends.size(); ++end) {
     const double reach = ends[end].reach;
-    if (!(reach > 0) || reach >= room(end) || reach > kUntold) continue;
+    if (!(reach > 0) || reach >= room(end) || reach > kUndetermined) continue;
     open.push_back(end);
     held.push_back(end / 2);
     models.push_back(model_at(ends[end]));

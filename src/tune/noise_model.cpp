@@ -23,7 +23,7 @@ constexpr double kMostShare = 0.99999;  // as configurations have five digits
 constexpr double kMostSlow = 3;
 
 // Intervals between fixes that the correlation time of their errors has at least: what is shorter and white noise are
-// told apart by how the body moves between two fixes alone, so that a vibrating IMU would get the blame.
+// distinguished by how the body moves between two fixes alone, so that a vibrating IMU would get the blame.
 constexpr double kFixesCorrelated = 5;
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 

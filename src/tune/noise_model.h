@@ -1,6 +1,6 @@
 #pragma once
 /// The noise of a run's sensors as numbers that a search may change: white noise and drift of both triads, how large
-/// the errors of each receiver are beside the sigmas it states, and how long those of reference attitudes last.
+/// the errors of each receiver are relative to the sigmas it states, and how long those of reference attitudes last.
 
 #include <cmath>
 #include <functional>

@@ -1,5 +1,5 @@
 #pragma once
-/// The search for the likeliest noise of a conditioned log with a known start.
+/// The search for the maximum-likelihood noise of a conditioned log with a known start.
 
 #include <Eigen/Core>
 #include <atomic>
@@ -27,7 +27,7 @@ struct NoiseFound {
   Eigen::MatrixXd information;  ///< about the logarithms of their values, by the run and the prior
 };
 
-/// A log as a run judges it (spoilt_fixes.h), and a start with the delays that this run told, with their sigmas.
+/// A log as a run judges it (spoilt_fixes.h), and a start with the delays that this run estimated, with their sigmas.
 struct JudgedLog {
   Log log;
   Start start;
@@ -57,12 +57,11 @@ class NoiseSearch {
   /// The same for several models.
   std::vector<NoisePoint> filtered(const JudgedLog& log, const std::vector<NoiseModel>& models) const;
 
-  /// The likeliest noise near `from`, by Gauss and Newton in the logarithms: the gradient is a difference of the
-  /// likelihood, and the curvature the information of Gaussian innovations z with sigmas σ,
-  /// Σ (∂z ∂zᵀ/σ² + 2 ∂ln σ ∂ln σᵀ) over their rows, from the same runs (the method of scoring; Gupta and Mehra 1974).
-  /// S counts in it as if it were diagonal. Outliers and delays are sought anew when it has arrived, until they stay
-  /// the same; outliers once, unless it is thorough.
-  /// Throws DataError if no noise that is tried lets the filter run.
+  /// The maximum-likelihood noise near `from`, by Gauss and Newton in the logarithms: the gradient is a difference of
+  /// the likelihood, and the curvature the information of Gaussian innovations z with sigmas σ, Σ (∂z ∂zᵀ/σ² + 2 ∂ln σ
+  /// ∂ln σᵀ) over their rows, from the same runs (the method of scoring; Gupta and Mehra 1974). S counts in it as if it
+  /// were diagonal. Outliers and delays are sought anew when it has arrived, until they stay the same; outliers once,
+  /// unless it is thorough. Throws DataError if no noise that is tried lets the filter run.
   NoiseFound climb(const NoiseModel& from) const;
 
   /// The same with one knob `held` for each of some runs of `log`, by one step: what is likelier than the run, or the
@@ -116,7 +115,7 @@ struct LogInterval {
 
 /// The 95 % interval of each knob about `found.best`: where the likelihood of `log` and the prior is less than half of
 /// the χ² quantile below the top (Wilks 1938), or at the limit of what is possible. The other knobs are where they
-/// are likeliest there; at first they go along as `covariance` has it, that of the logarithms by the curvature at the
+/// are most likely there; at first they go along as `covariance` has it, that of the logarithms by the curvature at the
 /// top.
 std::vector<LogInterval> likelihood_intervals(const NoiseSearch& search, const JudgedLog& log, const NoiseFound& found,
                                               const Eigen::MatrixXd& covariance);

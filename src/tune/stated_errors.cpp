@@ -81,7 +81,7 @@ NoiseModel with_stated_totals(NoiseModel model, const std::vector<Vector3d>& sta
       prior.push_back(-0.5 * std::pow(std::log(time / kSlowTime) / width, 2));
     };
     if (found.drift > 0) {
-      // Of an error that changes more slowly than the log can tell, 2 σ²/τ alone is told: how fast it walks away.
+      // Of an error that changes more slowly than the log can show, 2 σ²/τ alone is determined: how fast it walks away.
       const double larger = receiver.slow().head<2>().norm() / found.slow().head<2>().norm();
       attempt(found.drift_time);
       attempt(found.drift_time * larger * larger);
@@ -93,7 +93,7 @@ NoiseModel with_stated_totals(NoiseModel model, const std::vector<Vector3d>& sta
     for (std::size_t k = 1; k < points.size(); ++k) {
       if (value(k) > value(best)) best = k;
     }
-    // Fixes that differ by far less than what is stated tell a time that is far longer.
+    // Fixes that differ by far less than what is stated show a time that is far longer.
     while (best + 1 == points.size() && trials.back().gnss[i].drift_time < kLongest) {
       attempt(kTimes.back() * trials.back().gnss[i].drift_time);
       points.push_back(search.filtered(log, trials.back()));

@@ -61,7 +61,7 @@ WhiteNoiseRange white_noise_range(const Log& log) {
   if (const AdjacentMeans moving = adjacent_means(log, kUnderWay, false); moving.pairs >= kFewest)
     range.most = moving.white_noise();
   WhiteNoise least = range.most;
-  bool told = false;
+  bool measured = false;
   for (const double time : kStill) {
     const AdjacentMeans still = adjacent_means(log, time, true);
     if (still.pairs < kFewest) break;
@@ -69,9 +69,9 @@ WhiteNoiseRange white_noise_range(const Log& log) {
     const double chance = 2.33 / std::sqrt(2 * 3 * still.pairs * 2 / 3.0);
     least.gyro = std::min(least.gyro, still.white_noise().gyro / (1 + chance));
     least.accel = std::min(least.accel, still.white_noise().accel / (1 + chance));
-    told = true;
+    measured = true;
   }
-  if (told) range.least = least;
+  if (measured) range.least = least;
   return range;
 }
 

@@ -22,7 +22,7 @@ struct WhiteNoiseRange {
 /// could be that of the sensor's own low-pass. Infinite where there are too few samples.
 ///
 /// `least` is by those at rest, less what chance may add (1 %): the smallest at times from a sample to 1 s that the
-/// rests tell, as an idling engine adds to the short ones, and a person who sways to the long ones. Zero where there is
+/// rests show, as an idling engine adds to the short ones, and a person who sways to the long ones. Zero where there is
 /// too little rest.
 WhiteNoiseRange white_noise_range(const Log& log);
 

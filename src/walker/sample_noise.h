@@ -7,9 +7,9 @@
 ///
 ///     E(x − r | x > r) = σ (λ − α),   Var(x | x > r) = σ² (1 + α λ − λ²),   α = (r − m) / σ,   λ = φ(α) / Q(α)
 ///
-/// with φ the density and Q the upper tail of the standard normal. The samples tell α: Q(α) is the share of those that
-/// are clipped on this side, (c + ½) / (n + 1) of n samples of a moving body (Jeffreys). The mean m is theirs, and σ =
-/// (r − m) / α, at most r. Likewise at −r.
+/// with φ the density and Q the upper tail of the standard normal. The samples determine α: Q(α) is the share of those
+/// that are clipped on this side, (c + ½) / (n + 1) of n samples of a moving body (Jeffreys). The mean m is theirs, and
+/// σ = (r − m) / α, at most r. Likewise at −r.
 ///
 /// Example: a gyroscope of ±300 deg/s, of which 1 % of the samples are clipped at +300 and whose mean is 0, has α =
 /// 2.33 and σ = 129 deg/s. A clipped sample hides 44 ± 40 deg/s.

@@ -14,7 +14,7 @@ double correlation_time(const TriadErrors& triad) {
 
 }  // namespace
 
-// The density of the noise of one step of length h with the error e. None while the sum is small beside the sensor's
+// The density of the noise of one step of length h with the error e. None while the sum is small next to the sensor's
 // own noise over the same time: it changes no sigma by more than 2.5 %, and a history keeps the noise where it changes.
 Vector3d Truncation::Lasting::add(const Vector3d& e, double h, const TriadErrors& triad) {
   constexpr double kNothing = 0.05;  // of the variance of that noise
