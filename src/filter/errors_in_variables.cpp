@@ -28,7 +28,7 @@ PISTE_INSIDE void add_to(double* __restrict out, const double* __restrict in, st
 
 // An element of a matrix other than the identity, row by row.
 struct Element {
-  int row, column;
+  std::ptrdiff_t row, column;
   double value;
 };
 
@@ -64,7 +64,7 @@ PISTE_WIDEST void multiply_right(const Element* begin, const Element* end, std::
 
 // X ← (I − K H) X (I − K H)ᵀ, and trace += tr(S⁻¹ H X Hᵀ) of the X before it. K: n × 3 and H: 3 × n, `seen` the columns
 // of H that are not zero.
-PISTE_WIDEST void observe_moments(const double* K, const double* H, const double* S_inverse, const int* seen,
+PISTE_WIDEST void observe_moments(const double* K, const double* H, const double* S_inverse, const std::ptrdiff_t* seen,
                                   std::ptrdiff_t count, std::ptrdiff_t n, std::ptrdiff_t lanes, double* __restrict X,
                                   double* __restrict work, double* __restrict trace) {
   const std::ptrdiff_t row = n * lanes;
@@ -175,7 +175,7 @@ void ErrorsInVariables::propagate(const Estimate& x, const Vector3d& gravity) {
   const std::array weights{1.0 / 6, 4.0 / 6, 1.0 / 6};
   const std::array until{transition(0, force, x), transition(duration_ / 2, force, x), transition(duration_, force, x)};
   const Square& Phi = until.back();
-  std::array<Element, place(kMost * kMost)> elements;
+  std::array<Element, place(kMost) * place(kMost)> elements;
   Element* end = elements.data();
   for (int row = 0; row < size_; ++row) {
     for (int column = row; column < size_; ++column) {
@@ -228,7 +228,7 @@ void ErrorsInVariables::observe(const Estimate& x, const Covariance& P, const Ve
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> H(3, size_);
   for (int k = 0; k < size_; ++k) H.col(k) = u.H.col(states_[place(k)]);
   H.middleCols<3>(kAttitude) -= (H.middleCols<3>(kVelocity) * T).eval();
-  std::array<int, place(kMost)> seen{};
+  std::array<std::ptrdiff_t, place(kMost)> seen{};
   std::ptrdiff_t count = 0;
   double observed = 0;  // at most of H C Hᵀ over R
   for (int k = 0; k < size_; ++k) {
@@ -251,13 +251,13 @@ void ErrorsInVariables::observe(const Estimate& x, const Covariance& P, const Ve
   known_ = true;
   Columns PHt = Columns::Zero(size_, 3);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const int k = seen[static_cast<std::size_t>(i)];
+    const std::ptrdiff_t k = seen[place(i)];
     PHt += P_.col(k) * H.col(k).transpose();
   }
   const Matrix3d S_inverse = inverse_of_definite(u.R + H.lazyProduct(PHt));
   const Columns K = PHt.lazyProduct(S_inverse);
   P_ -= K.lazyProduct(PHt.transpose()).eval();
-  alignas(64) std::array<double, place(3 * kMost * kLanes)> work;
+  alignas(64) std::array<double, 3 * place(kMost) * place(kLanes)> work;
   alignas(64) std::array<double, place(kLanes)> trace{};
   observe_moments(K.data(), H.data(), S_inverse.data(), seen.data(), count, size_, kLanes, moments_.data(), work.data(),
                   trace.data());

@@ -111,7 +111,7 @@ class ErrorsInVariables {
   Square transition(double time, const Vector3d& force, const Estimate& x) const;
   bool counts(int drift) const;
   void propagate(const Estimate& x, const Vector3d& gravity);
-  double* at(int row, int column) { return moments_.data() + (row * size_ + column) * kLanes; }
+  double* at(std::ptrdiff_t row, std::ptrdiff_t column) { return moments_.data() + (row * size_ + column) * kLanes; }
 
   double gyro_ = 0, accel_ = 0;              // densities of the white noise, squared
   bool of_gyro_ = false, of_accel_ = false;  // whether the scales are estimated, and corrected here
@@ -131,7 +131,7 @@ class ErrorsInVariables {
   Square P_;                                // for given constants, after the last fix
   Columns turn_;                            // g_j of the gyroscopes after the fixes of this instant so far
   FalseInformation sum_{ScaleScore::Zero(), ScaleScore::Zero()};
-  alignas(64) std::array<double, kMost * kMost * kLanes> moments_{};
+  alignas(64) std::array<double, std::size_t{kMost} * kMost * kLanes> moments_{};
 };
 
 /// The update that removes information from the three scales of a block: a measurement of them with the negative
