@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array kScales{Block::kGyroScale, Block::kAccelScale};
 constexpr int kVelocity = 3, kAttitude = 6;  // among the errors of navigation
-constexpr double kNegligible = 1e-4;         // of a fix's variance: so much of a row's score is left out at most
+constexpr double kNegligible = 1e-4;  // of a fix's variance: a smaller part of the noise in it is left out at rest
 
 constexpr std::size_t place(std::ptrdiff_t k) { return static_cast<std::size_t>(k); }
 
@@ -32,34 +32,24 @@ struct Element {
   double value;
 };
 
-// X ← A X for a row-major X of n × n elements with their lanes, and an A without elements below its diagonal.
-PISTE_WIDEST void multiply_left(const Element* begin, const Element* end, std::ptrdiff_t n, std::ptrdiff_t lanes,
-                                double* __restrict X) {
-  const std::ptrdiff_t row = n * lanes;
+// X ← A X for rows of `width` numbers, and an A without elements below its diagonal.
+PISTE_INSIDE void multiply(const Element* begin, const Element* end, std::ptrdiff_t width, double* __restrict X) {
   for (const Element* e = begin; e != end; ++e) {
-    double* __restrict x = X + e->row * row;
+    double* __restrict x = X + e->row * width;
     if (e->row == e->column) {
-      for (std::ptrdiff_t i = 0; i < row; ++i) x[i] *= e->value;
+      for (std::ptrdiff_t i = 0; i < width; ++i) x[i] *= e->value;
     } else {
-      add_to(x, X + e->column * row, row, e->value);
+      add_to(x, X + e->column * width, width, e->value);
     }
   }
 }
 
-// X ← X Aᵀ likewise.
-PISTE_WIDEST void multiply_right(const Element* begin, const Element* end, std::ptrdiff_t n, std::ptrdiff_t lanes,
-                                 double* __restrict X) {
+// X ← A X Aᵀ for a row-major X of n × n elements with their lanes.
+PISTE_WIDEST void propagate_moments(const Element* begin, const Element* end, std::ptrdiff_t n, std::ptrdiff_t lanes,
+                                    double* __restrict X) {
   const std::ptrdiff_t row = n * lanes;
-  for (double* x = X; x != X + n * row; x += row) {
-    for (const Element* e = begin; e != end; ++e) {
-      double* __restrict to = x + e->row * lanes;
-      if (e->row == e->column) {
-        for (std::ptrdiff_t i = 0; i < lanes; ++i) to[i] *= e->value;
-      } else {
-        add_to(to, x + e->column * lanes, lanes, e->value);
-      }
-    }
-  }
+  multiply(begin, end, row, X);
+  for (double* x = X; x != X + n * row; x += row) multiply(begin, end, lanes, x);
 }
 
 // X ← (I − K H) X (I − K H)ᵀ, and trace += tr(S⁻¹ H X Hᵀ) of the X before it. K: n × 3 and H: 3 × n, `seen` the columns
@@ -183,8 +173,7 @@ void ErrorsInVariables::propagate(const Estimate& x, const Vector3d& gravity) {
       if (changes) *end++ = {row, column, Phi(row, column)};
     }
   }
-  multiply_left(elements.data(), end, size_, kLanes, moments_.data());
-  multiply_right(elements.data(), end, size_, kLanes, moments_.data());
+  propagate_moments(elements.data(), end, size_, kLanes, moments_.data());
 
   const Matrix3d R = x.R_wb();
   for (std::ptrdiff_t triad = 0; triad < 2; ++triad) {
@@ -230,12 +219,13 @@ void ErrorsInVariables::observe(const Estimate& x, const Covariance& P, const Ve
   H.middleCols<3>(kAttitude) -= (H.middleCols<3>(kVelocity) * T).eval();
   std::array<std::ptrdiff_t, place(kMost)> seen{};
   std::ptrdiff_t count = 0;
-  double observed = 0;  // at most of H C Hᵀ over R
+  double observed = 0;  // the size of H C Hᵀ over R
   for (int k = 0; k < size_; ++k) {
     const double weight = H.col(k).cwiseAbs2().cwiseQuotient(u.R.diagonal()).sum();
     if (weight == 0) continue;
     seen[place(count++)] = k;
-    observed += weight * *std::max_element(at(k, k), at(k, k) + kLanes);
+    for (std::ptrdiff_t lane = 0; lane < kLanes; ++lane)
+      observed = std::max(observed, weight * std::abs(at(k, k)[lane]));
   }
   if (count == 0) return;
   if (!instant_) {

@@ -44,8 +44,8 @@
 /// = 0.0025 / 1.25 = 0.002 a fix. In an hour this moves a scale known to 1 % by (0.01)² · 7.2 = 720 ppm.
 ///
 /// About a smoothed run (reference.h) the rates no longer hold the noise, but for the part that velocities could not
-/// show: the smoother takes their noise and that of the rotation for independent. One half of the terms of k and
-/// mᵀ S⁻¹ a remains, 0.50 to 0.66 by the exact mean for fixes of 4 and 10 Hz and of .01 to 1 m. All else is zero there.
+/// show: the smoother takes the noise of a velocity and that of the rotation for independent. One half of the terms of
+/// k and of mᵀ S⁻¹ a remains. All else is zero there. The exact mean in tests/filter/errors_in_variables.cpp is 0.65.
 
 #include <array>
 #include <optional>

@@ -1,7 +1,9 @@
 #include "start/merged_fixes.h"
 
-#include <cmath>
+#include <algorithm>
 #include <span>
+#include <type_traits>
+#include <vector>
 
 #include "core/time_search.h"
 
@@ -66,20 +68,13 @@ std::vector<GnssFix> merged(const std::vector<GnssFix>& fixes, const std::vector
 }  // namespace
 
 Log with_merged_fixes(const Log& log, double end, double step) {
-  Log part{.world = log.world,
-           .imu = {log.imu.begin(), first_at_or_after(log.imu, end)},
-           .gnss = {},
-           .attitude = log.attitude,
-           .magnetic = log.magnetic,
-           .speed = log.speed,
-           .height = log.height,
-           .heading = log.heading,
-           .parity = log.parity,
-           .rest = log.rest,
-           .counts = log.counts};
-  for (const std::vector<GnssFix>& fixes : log.gnss)
-    part.gnss.push_back(merged({fixes.begin(), first_at_or_after(fixes, end + step)}, log.rest, step));
-  return part;
+  constexpr double kBeyond = 2;  // s: fixes that come late
+  return with_each_series(log, [&](const auto& series) {
+    using Series = std::decay_t<decltype(series)>;
+    Series part(series.begin(), first_at_or_after(series, end + kBeyond));
+    if constexpr (std::is_same_v<Series, std::vector<GnssFix>>) part = merged(part, log.rest, step);
+    return part;
+  });
 }
 
 }  // namespace piste

@@ -1,5 +1,5 @@
 #pragma once
-// Fixes of a standstill, averaged: what a long rest costs before a start is known.
+// Fixes of a standstill, averaged, so that a long rest before the start costs little.
 
 #include "piste/core/log.h"
 

@@ -28,8 +28,8 @@ double cost_of_outlier(const std::string& source, int dof) {
   return 2 * dof * std::log(spread) - 2 * std::log(kPart);
 }
 
-// Without the errors of the IMU that no innovation shows: with 5000 ppm between the axes the mean NIS stays within
-// 0.003 of 1 (docs/consistency.md, `cross_axis`). They are up to 18 of the states, and half of the time of a run.
+// Without the errors of the IMU that innovations hardly show. They are up to 18 of the states, and a third of the time
+// of a run. On the recorded drive they gain 45 in ln L over 5766 rows, in all models that are compared alike.
 FilterOptions without_unseen(FilterOptions options) {
   options.sensor.gyro.cross_axis = options.sensor.accel.cross_axis = options.sensor.gyro_g_sensitivity = 0;
   std::erase_if(options.estimate, [](Block b) {

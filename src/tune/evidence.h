@@ -44,7 +44,7 @@ double lasting_gain(const Evidence& granted, const Evidence& base);
 /// positions.
 double nis_of_positions(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
 
-/// Filters the log from `start` until `end` [s], without cross-axis errors and g-sensitivity, which innovations do not
+/// Filters the log from `start` until `end` [s], without cross-axis errors and g-sensitivity, which innovations hardly
 /// show, and without the errors-in-variables correction. The likelihood is that of the innovations under way (Schweppe
 /// 1965) in the stretches that count: outliers do not decide.
 Evidence filter_again(const Log& log, const FilterOptions& options, const Start& start, double end = kToTheEnd,
