@@ -28,8 +28,9 @@ double cost_of_outlier(const std::string& source, int dof) {
   return 2 * dof * std::log(spread) - 2 * std::log(kPart);
 }
 
-// Without the errors of the IMU that innovations hardly show. They are up to 18 of the states, and a third of the time
-// of a run. On the recorded drive they gain 45 in ln L over 5766 rows, in all models that are compared alike.
+// Without the errors of the IMU that innovations hardly show: with 5000 ppm between the axes the mean NIS stays within
+// 0.003 of 1 (docs/consistency.md, ski_cross_axis). They are up to 18 of the states. Without them and the correction of
+// the scales a run of the recorded drive takes 28 ms instead of 50, and has 23 288 of ln L instead of 23 333.
 FilterOptions without_unseen(FilterOptions options) {
   options.sensor.gyro.cross_axis = options.sensor.accel.cross_axis = options.sensor.gyro_g_sensitivity = 0;
   std::erase_if(options.estimate, [](Block b) {
