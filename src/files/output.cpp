@@ -1,11 +1,15 @@
 #include "piste/files/output.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "files/folder_lock.h"
 #include "piste/core/error.h"
 
 namespace piste {
@@ -13,10 +17,32 @@ namespace {
 
 constexpr std::string_view kPartial = ".piste.partial";
 
-void remove_partial_files(const std::filesystem::path& folder) {
+// What no other object has, here or in another program or container. Without a dot.
+std::string new_owner() {
+  static std::atomic<unsigned> count = 0;
+  const auto now = std::chrono::system_clock::now().time_since_epoch().count();
+  return fmt::format("{}-{}-{}", getpid(), now, count++);
+}
+
+std::string partial_name(const std::string& name, const std::string& owner) {
+  return fmt::format(".{}.{}{}", name, owner, kPartial);
+}
+
+// The lock that an owner holds in each folder where it has partial files.
+std::string lock_name(const std::string& owner) { return partial_name("lock", owner); }
+
+// A partial file whose owner no longer lives.
+bool is_left_over(const std::filesystem::path& file) {
+  std::string name = file.filename().string();
+  if (!name.ends_with(kPartial)) return false;
+  name.resize(name.size() - kPartial.size());
+  return !FolderLock::is_held(file.parent_path() / lock_name(name.substr(name.rfind('.') + 1)));
+}
+
+void remove_left_over(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> left;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.is_regular_file() && entry.path().filename().string().ends_with(kPartial)) left.push_back(entry.path());
+    if (entry.is_regular_file() && is_left_over(entry.path())) left.push_back(entry.path());
   }
   for (const auto& file : left) std::filesystem::remove(file);
 }
@@ -34,7 +60,7 @@ Folders& folders() {
 
 }  // namespace
 
-OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) {
+OutputFolder::OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)), owner_(new_owner()) {
   const std::lock_guard lock(folders().mutex);
   make(folder_);
   folders().all.insert(this);
@@ -55,6 +81,7 @@ std::unique_lock<std::mutex> OutputFolder::abandon_all() {
 void OutputFolder::abandon() {
   std::error_code ignored;
   for (const Pending& p : pending_) std::filesystem::remove(p.partial, ignored);
+  locks_.clear();
   // The innermost folder first; a folder that has other files stays.
   for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) std::filesystem::remove(*folder, ignored);
 }
@@ -95,6 +122,10 @@ OutputFile OutputFolder::open(const std::string& name) {
   const std::lock_guard lock(folders().mutex);
   const std::filesystem::path place = folder_ / name;
   make(place.parent_path());
+  if (auto& owned = locks_[place.parent_path()]; !owned) {
+    const CommitLock alone(folder_);  // which might remove the lock's file before it is held
+    owned = std::make_unique<FolderLock>(place.parent_path() / lock_name(owner_));
+  }
   const std::filesystem::path unfinished = partial(name);
   // A file that is written again is one file.
   const bool again = std::any_of(pending_.begin(), pending_.end(), [&](const Pending& p) { return p.place == place; });
@@ -110,24 +141,21 @@ void OutputFolder::stream(const std::string& name, const std::function<void(cons
 
 std::filesystem::path OutputFolder::partial(const std::string& name) const {
   const std::filesystem::path place = folder_ / name;
-  return place.parent_path() / fmt::format(".{}{}", place.filename().string(), kPartial);
+  return place.parent_path() / partial_name(place.filename().string(), owner_);
 }
 
 void OutputFolder::withdraw(const std::string& name) { withdrawn_.push_back(folder_ / name); }
 
 void OutputFolder::commit() {
   const std::lock_guard lock(folders().mutex);
+  const CommitLock alone(folder_);
   for (const Pending& p : pending_) {
     if (std::filesystem::is_directory(p.place)) throw Error(p.place.string(), "is a folder; a file is to stand here");
   }
   if (pending_.size() > 1) std::filesystem::remove(pending_.back().place);
   for (const auto& file : withdrawn_) std::filesystem::remove(file);
-  std::set<std::filesystem::path> written;
-  for (const Pending& p : pending_) {
-    std::filesystem::rename(p.partial, p.place);
-    written.insert(p.place.parent_path());
-  }
-  for (const auto& folder : written) remove_partial_files(folder);
+  for (const Pending& p : pending_) std::filesystem::rename(p.partial, p.place);
+  for (const auto& owned : locks_) remove_left_over(owned.first);
   pending_.clear();
   made_.clear();
 }

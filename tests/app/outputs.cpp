@@ -3,12 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <map>
+#include <regex>
 #include <set>
 
 #include "piste/files/output.h"
 #include "support/places.h"
+#include "support/random.h"
 #include "support/ski_run.h"
+#include "support/thorough.h"
 
 namespace piste::test {
 namespace {
@@ -90,6 +95,98 @@ TEST_F(Outputs, AKilledRunLeavesNoneAndTheNextOneCleans) {
   EXPECT_EQ(after, whole) << "the run before";
 }
 
+// Two configurations of one run, of which each writes other bytes into the same files.
+class OutputsAtAnyInstant : public Outputs {
+ protected:
+  using Files = std::map<std::string, std::string>;
+
+  // What is there, but for partial files and the times that a run took.
+  Files whole_results() const {
+    static const std::regex took(R"re("(cpu_s|wall_s)": [^,}]*)re");
+    Files files = results();
+    std::erase_if(files, [](const auto& file) { return is_partial(file.first); });
+    if (auto& summary = files["summary.json"]; !summary.empty()) summary = std::regex_replace(summary, took, "");
+    std::erase_if(files, [](const auto& file) { return file.second.empty(); });
+    return files;
+  }
+
+  OutputsAtAnyInstant() {
+    run_.write(kOther, run_.text(SkiRun::kConfig) + "output: {rate: 7 Hz}\n");
+    one_ = whole(SkiRun::kConfig);
+    const auto begin = std::chrono::steady_clock::now();
+    other_ = whole(kOther);
+    takes_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  // A shell's commands in the run's folder.
+  int shell(const std::string& commands) const {
+    return std::system(fmt::format("cd '{}' && {{ {} ; }}", run_.folder.path().string(), commands).c_str());
+  }
+  static std::string started(const std::string& config, const std::string& log) {
+    return fmt::format("'{}' {} --output result --quiet >{} 2>&1", program("replay"), config, log);
+  }
+  Files whole(const std::string& config) const {
+    EXPECT_EQ(shell(started(config, ".log")), 0);
+    EXPECT_EQ(partial_files(results()), 0u);
+    return whole_results();
+  }
+
+  static constexpr const char* kOther = "config/other.yaml";
+  Files one_, other_;
+  double takes_ = 0;
+};
+
+TEST_F(OutputsAtAnyInstant, Killed) {
+  ASSERT_NE(one_, other_);
+  Random random(3);
+  int undisturbed = 0, cases = seeds(3, 50);
+  for (int i = 0; i < cases; ++i) {
+    ASSERT_EQ(whole(SkiRun::kConfig), one_);
+    const double instant = 1.2 * takes_ * random.uniform();
+    shell(fmt::format("{} & sleep {:.4f}; kill -KILL $!; wait", started(kOther, ".log"), instant));
+    Files left = whole_results();
+    // All are of one run where the file that is written last is there.
+    if (left.contains("summary.json")) {
+      EXPECT_TRUE(left == one_ || left == other_) << instant;
+      undisturbed += left == one_ ? 1 : 0;
+    }
+    for (const auto& [name, text] : left) EXPECT_TRUE(text == one_[name] || text == other_[name]) << name << instant;
+  }
+  EXPECT_GT(undisturbed, 0);
+  EXPECT_EQ(whole(kOther), other_);
+}
+
+TEST_F(OutputsAtAnyInstant, DiskFull) {
+  std::size_t largest = 0;
+  for (const auto& [name, text] : other_) largest = std::max(largest, text.size());
+  Random random(4);
+  ASSERT_EQ(whole(SkiRun::kConfig), one_);
+  for (int i = 0, cases = seeds(3, 50); i < cases; ++i) {
+    const auto blocks = static_cast<int>(static_cast<double>(largest) / 512 * random.uniform());
+    const Said said = run_program(program("replay"), {kOther, "--output", "result", "--quiet"}, run_.folder,
+                                  fmt::format("ulimit -f {}", blocks) + kNotKilled);
+    EXPECT_EQ(said.code, 1) << blocks;
+    // So little room that the message itself has none.
+    EXPECT_TRUE(contains(said.err, "is the disk full") || blocks == 0) << said.err;
+    EXPECT_EQ(whole_results(), one_) << blocks;
+    EXPECT_EQ(partial_files(results()), 0u);
+  }
+}
+
+TEST_F(OutputsAtAnyInstant, TwoProgramsInOneFolder) {
+  Random random(5);
+  for (int i = 0, cases = seeds(3, 50); i < cases; ++i) {
+    const double instant = takes_ * random.uniform();
+    EXPECT_EQ(shell(fmt::format("{} & sleep {:.4f}; {} && wait $!", started(SkiRun::kConfig, ".one"), instant,
+                                started(kOther, ".other"))),
+              0)
+        << instant << run_.text(".one") << run_.text(".other");
+    const Files left = whole_results();
+    EXPECT_EQ(partial_files(results()), 0u);
+    EXPECT_TRUE(left == one_ || left == other_) << instant;
+  }
+}
+
 TEST(OutputFolder, WhatIsWrittenLastStandsForTheWholeRun) {
   const TemporaryFolder folder;
   const auto write = [&](OutputFolder& output, const std::string& text) {
@@ -105,7 +202,7 @@ TEST(OutputFolder, WhatIsWrittenLastStandsForTheWholeRun) {
     OutputFolder output(folder.path());
     write(output, "second");
     EXPECT_EQ(read_text(folder / "summary.json"), "first");
-    std::filesystem::remove(folder / "sub/.b.csv.piste.partial");  // ends the commit half way, as a kill would
+    std::filesystem::remove(output.partial("sub/b.csv"));  // ends the commit half way, as a kill would
     EXPECT_THROW(output.commit(), std::filesystem::filesystem_error);
   }
   const std::map<std::string, std::string> mixed{{"a.csv", "second"}, {"sub/b.csv", "first"}};

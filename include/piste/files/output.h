@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -12,6 +14,8 @@
 #include "piste/io/text_sink.h"
 
 namespace piste {
+
+class FolderLock;
 
 /// A file of an OutputFolder that is being written.
 class OutputFile {
@@ -27,13 +31,16 @@ class OutputFile {
   std::ofstream file_;
 };
 
-/// The output folder of one run. Each file is first written as `.NAME.piste.partial`; `commit()` gives all files their
-/// names. Without `commit()` nothing remains, not even the folder if this object made it.
+/// The output folder of one run. Each file is first written as `.NAME.OWNER.piste.partial`; `commit()` gives all files
+/// their names. Without `commit()` nothing remains, not even the folder if this object made it.
 ///
 /// If the program is killed before `commit()`, the files of an earlier run are untouched, and the next run removes the
 /// partial files. If it is killed within `commit()`, all files are whole, but some may be of the earlier run, and the
 /// file that was written last is missing. So if that file exists, all files are of one run. If the machine itself
 /// fails, more may be lost: nothing is forced to the disk.
+///
+/// Several programs may write into one folder at the same time. Where they write the same files, all of them are of the
+/// program that commits last.
 class OutputFolder {
  public:
   /// Makes the folder. Throws ConfigError if that is not possible.
@@ -70,6 +77,8 @@ class OutputFolder {
   void make(const std::filesystem::path& folder);
   void abandon();
   std::filesystem::path folder_;
+  std::string owner_;                                                   // in the names of its partial files
+  std::map<std::filesystem::path, std::unique_ptr<FolderLock>> locks_;  // of folders in which it has opened files
   std::vector<std::filesystem::path> made_;
   std::vector<Pending> pending_;
   std::vector<std::filesystem::path> withdrawn_;
