@@ -226,9 +226,10 @@ GpsTime ColumnClock::calendar() {
                           date_ ? date : "", date_ ? " " : "", text.fields()[time_.index]),
               RowFault::Kind::kText);
   }
-  const double seconds = (*time)[0] * kHour + (*time)[1] * 60 + (*time)[2] - zone;
-  const int days_over = static_cast<int>(std::floor(seconds / kDay));
-  return gps_time(*day + days(days_over), seconds - days_over * kDay,
+  // A leap second is the 61st of a day's last minute, and not the first of the next day.
+  const double minutes = (*time)[0] * kHour + (*time)[1] * 60 - zone;
+  const int days_over = static_cast<int>(std::floor(minutes / kDay));
+  return gps_time(*day + days(days_over), minutes - days_over * kDay + (*time)[2],
                   of_ == TimeScale::kGps ? TimeSystem::kGps : TimeSystem::kUtc);
 }
 
