@@ -1,9 +1,12 @@
 // The per-epoch path asks for no memory, and a run for little.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <memory>
 
 #include "piste/condition/signal.h"
 #include "piste/smoother/rts.h"
@@ -73,6 +76,66 @@ TEST_P(PerEpoch, PathAllocatesNothing) {
   EXPECT_EQ(s.log.imu.size(), 2000U);
   EXPECT_GT(updates, 700U);
   EXPECT_EQ(counted, 0U);
+}
+
+// Bytes of a filter, and what its epochs have on the stack of a thread that was filled with a mark.
+struct Needs {
+  std::size_t object = sizeof(Filter), heap = 0, stack = 0;
+};
+
+struct Session {
+  const test::SyntheticRun* run;
+  Filter* filter;
+};
+
+void* run_session(void* argument) {
+  const Session& session = *static_cast<const Session*>(argument);
+  const Log& log = session.run->log;
+  std::size_t fix = 0;
+  for (const ImuSample& sample : log.imu) {
+    for (; fix < log.gnss[0].size() && log.gnss[0][fix].time <= sample.time; ++fix) {
+      session.filter->add(0, log.gnss[0][fix]);
+    }
+    session.filter->add(sample);
+    session.filter->clear_innovations();
+  }
+  return nullptr;
+}
+
+Needs needs_of(const std::vector<Block>& blocks) {
+  constexpr std::size_t kStack = std::size_t{8} << 20U;
+  constexpr unsigned char kMark = 0xA5;
+  const test::SyntheticRun run = test::synthetic_run(20, blocks);
+  std::vector<unsigned char> stack(kStack, kMark);
+  const std::ptrdiff_t before = g_live;
+  const auto filter = std::make_unique<Filter>(run.options, run.log.world, run.start);
+  Needs needs;
+  needs.heap = static_cast<std::size_t>(g_live - before);  // without the object, which is of aligned memory
+  Session session{&run, filter.get()};
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  EXPECT_EQ(pthread_attr_setstack(&attributes, stack.data(), stack.size()), 0);
+  pthread_t thread{};
+  EXPECT_EQ(pthread_create(&thread, &attributes, run_session, &session), 0);
+  pthread_join(thread, nullptr);
+  pthread_attr_destroy(&attributes);
+  const auto touched = std::find_if(stack.begin(), stack.end(), [](unsigned char c) { return c != kMark; });
+  needs.stack = static_cast<std::size_t>(stack.end() - touched);
+  return needs;
+}
+
+TEST(Allocations, AFilterNeedsLittleStackAndHeap) {
+  for (const auto& blocks : {ski_blocks(), test::all_blocks()}) {
+    const Needs needs = needs_of(blocks);
+    constexpr double kKibi = 1024;
+    fmt::print("{} blocks: an object of {:.0f} KiB, {:.0f} KiB of heap from its constructor, {:.0f} KiB of stack\n",
+               blocks.size(), static_cast<double>(needs.object) / kKibi, static_cast<double>(needs.heap) / kKibi,
+               static_cast<double>(needs.stack) / kKibi);
+    EXPECT_GT(needs.stack, 4U << 10U) << "the mark was not seen";
+    EXPECT_LT(needs.stack, 256U << 10U);
+    EXPECT_LT(needs.object, 256U << 10U);
+    EXPECT_LT(needs.heap, 128U << 10U);
+  }
 }
 
 TEST(Allocations, LiveLowPassAsksForNothing) {

@@ -1,6 +1,6 @@
 // A real-time session for hours: memory that does not grow, covariances that stay positive definite, sigmas that stay
-// true. PISTE_SOAK_HOURS says how many hours of time it simulates; a tenth unless stated. Neither motion nor logs are
-// stored.
+// true. PISTE_SOAK_HOURS says how many hours of time it simulates, a tenth unless stated, and PISTE_SOAK_RATE at how
+// many samples a second, 100 unless stated. Neither motion nor logs are stored.
 
 #include "piste/live/live.h"
 
@@ -62,13 +62,14 @@ double resident() {
   return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
 }
 
-double hours() {
-  const char* stated = std::getenv("PISTE_SOAK_HOURS");
-  return stated != nullptr ? std::atof(stated) : 0.1;
+double stated(const char* name, double unless) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? std::atof(value) : unless;
 }
 
 TEST(Soak, LiveForHours) {
-  constexpr double kInterval = 0.01, kFixes = 0.25, kWhite = 0.02, kLeastShare = 0.97;
+  constexpr double kFixes = 0.25, kWhite = 0.02, kLeastShare = 0.97;
+  const double hertz = stated("PISTE_SOAK_RATE", 100), interval = 1 / hertz;
   const World world({46 * kDegree, 7 * kDegree, 1500});
   const ImuSensor sensor = read_scenario(kSource / "config/scenarios/ski.yaml").imus.front().sensor;
   LiveOptions options;
@@ -83,13 +84,13 @@ TEST(Soak, LiveForHours) {
   const Vector3d gyro_bias = random.vector(sensor.gyro.bias), accel_bias = random.vector(sensor.accel.bias);
   Vector3d gyro_drift = random.vector(sensor.gyro.drift.sigma), accel_drift = random.vector(sensor.accel.drift.sigma);
   const auto wander = [&](Vector3d& drift, const DriftProcess& process) {
-    const double stays = std::exp(-kInterval / process.correlation_time);
+    const double stays = std::exp(-interval / process.correlation_time);
     drift = stays * drift + random.vector(process.sigma * std::sqrt(1 - stays * stays));
   };
-  const double end = 3600 * hours(), settled = 600;
+  const double end = 3600 * stated("PISTE_SOAK_HOURS", 0.1), settled = 600;
   double next_fix = kFixes, next_look = 60, memory = 0, inside = 0, looks = 0, squares = 0;
-  for (std::size_t k = 1; k < static_cast<std::size_t>(end / kInterval); ++k) {
-    const double t = kInterval * static_cast<double>(k);
+  for (std::size_t k = 1; k < static_cast<std::size_t>(end / interval); ++k) {
+    const double t = interval * static_cast<double>(k);
     const RoundAndRound::State s = motion.at(t);
     constexpr double kStep = 1e-4;
     const Matrix3d R_bw = s.q_wb.conjugate().toRotationMatrix();
@@ -100,8 +101,8 @@ TEST(Soak, LiveForHours) {
     const Vector3d rate = R_bw * world.earth_rate() + turning,
                    force = R_bw * (s.acceleration + 2 * world.earth_rate().cross(s.velocity) -
                                    world.gravity(s.position).value);
-    live.add({t, rate + gyro_bias + gyro_drift + random.vector(sensor.gyro.noise / std::sqrt(kInterval)),
-              force + accel_bias + accel_drift + random.vector(sensor.accel.noise / std::sqrt(kInterval))});
+    live.add({t, rate + gyro_bias + gyro_drift + random.vector(sensor.gyro.noise / std::sqrt(interval)),
+              force + accel_bias + accel_drift + random.vector(sensor.accel.noise / std::sqrt(interval))});
     if (t + 1e-9 >= next_fix) {
       next_fix += kFixes;
       GeodeticFix fix;
@@ -124,8 +125,10 @@ TEST(Soak, LiveForHours) {
     ++looks;
     if (memory == 0 && t > settled) memory = resident();
   }
-  fmt::print("{:.2f} h: {:.2f} % inside 3 sigma, mean square {:.3f}; {:.1f} MiB, {:.1f} after ten minutes\n",
-             end / 3600, 100 * inside / looks, squares / looks, resident(), memory);
+  fmt::print(
+      "figure: {:.2f} h at {:.0f} Hz, {:.2f} % inside 3 sigma, mean square {:.3f}; {:.1f} MiB, {:.1f} after ten "
+      "minutes\n",
+      end / 3600, hertz, 100 * inside / looks, squares / looks, resident(), memory);
   EXPECT_GE(inside / looks, kLeastShare);
   EXPECT_GT(squares / looks, 0.5);
   EXPECT_LT(squares / looks, 1.5);
