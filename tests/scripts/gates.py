@@ -34,7 +34,7 @@ def line(number, count, branches=(), conditions=()):
 
 
 class Coverage(unittest.TestCase):
-    SOURCE_LINES = ["if (a && b) {", "  f();", "}"]
+    SOURCE_LINES = ["if (a && b) {", "  f();  // if so", "}"]
 
     def counted(self, *lines):
         file = coverage.File()
@@ -50,8 +50,8 @@ class Coverage(unittest.TestCase):
         row = self.counted(line(1, 0, [(0, False), (0, False)]), line(2, 0), line(1, 3, [(3, False), (0, False)]), line(2, 0))
         self.assertEqual(row, {"lines": (1, 2), "branches": (1, 2), "conditions": (0, 0)})
 
-    def test_exceptions_and_brackets_are_no_branches(self):
-        row = self.counted(line(1, 1, [(1, False), (0, True)]), line(3, 1, [(0, False), (1, False)]))
+    def test_exceptions_and_lines_without_a_decision_have_no_branches(self):
+        row = self.counted(line(1, 1, [(1, False), (0, True)]), line(2, 1, [(0, False)]), line(3, 1, [(0, False), (1, False)]))
         self.assertEqual(row["branches"], (1, 1))
 
     def test_a_branch_that_no_test_takes_closes_the_gate(self):
