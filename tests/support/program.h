@@ -18,10 +18,11 @@ struct Said {
 };
 
 /// Runs `program` with the arguments `words`, started in `folder` by a shell after the command `first`, with redirected
-/// outputs. A program that hangs is ended, with code 124.
+/// outputs. A program that hangs is ended after `longest` seconds, with code 124.
 inline Said run_program(const std::string& program, const std::vector<std::string>& words,
-                        const TemporaryFolder& folder, const std::string& first = "true") {
-  std::string command = fmt::format("cd '{}' && {} && timeout 300 '{}'", folder.path().string(), first, program);
+                        const TemporaryFolder& folder, const std::string& first = "true", int longest = 300) {
+  std::string command =
+      fmt::format("cd '{}' && {} && timeout {} '{}'", folder.path().string(), first, longest, program);
   for (const std::string& word : words) command += fmt::format(" '{}'", word);
   command += fmt::format(" > '{}' 2> '{}'", folder / ".out", folder / ".err");
   const int status = std::system(command.c_str());
