@@ -50,5 +50,27 @@ TEST(Warnings, NoneOfARunThatWentWell) {
   EXPECT_TRUE(warnings_of(solution).empty());
 }
 
+TEST(Warnings, OfImusThatWereLeftOut) {
+  ImuReport whole{.name = "a"}, parts{.name = "b", .left_out = 7};
+  parts.absences = {{.fault = ImuFault::kSpike, .time = {3, 4}},  {.fault = ImuFault::kClipped, .time = {1, 2}},
+                    {.fault = ImuFault::kSpike, .time = {8, 9}},  {.fault = ImuFault::kStuck, .time = {5, 6}},
+                    {.fault = ImuFault::kSilent, .time = {6, 7}}, {.fault = ImuFault::kBiased, .time = {7, 8}}};
+  const std::vector<std::string> lines = absence_lines({whole, parts});
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(
+      lines[0],
+      "IMU b was left out in 7 epochs: clipped once, first from 1.000 to 2.000 s; stuck once, first from 5.000 to "
+      "6.000 s; spike 2 times, first from 3.000 to 4.000 s; silent once, first from 6.000 to 7.000 s; biased once, "
+      "first from 7.000 to 8.000 s");
+}
+
+TEST(Warnings, WhatAnAdaptiveFilterAndTheBatchSay) {
+  const AdaptedNoise adapted{.names = {"gnss[0].position", "gyro_noise"}, .time = {1, 2}, .factors = {1, 2, 4, 2}};
+  EXPECT_EQ(adapted_line(adapted), "adapted sigmas: gnss[0].position times 2 (1 to 4), gyro_noise times 2 (2 to 2)");
+  const BatchSummary batch{.nodes = 10, .fixes = 9, .left_out = 2, .taken_back = 1, .rounds = 3, .iterations = 8};
+  EXPECT_TRUE(contains(batch_line(batch), "10 nodes, 9 fixes, of which 2 were left out and 1 that"));
+  EXPECT_TRUE(contains(batch_line(batch), "NOT CONVERGED in 3 rounds, 8 steps"));
+}
+
 }  // namespace
 }  // namespace piste::test
