@@ -30,7 +30,8 @@ coverage, rota = loaded("coverage"), loaded("rota")
 def line(number, count, branches=(), conditions=()):
     return {"line_number": number, "count": count,
             "branches": [{"count": c, "throw": throw} for c, throw in branches],
-            "conditions": [{"count": total, "covered": shown} for total, shown in conditions]}
+            "conditions": [{"count": total, "not_covered_true": list(true), "not_covered_false": list(false)}
+                           for total, true, false in conditions]}
 
 
 class Coverage(unittest.TestCase):
@@ -65,7 +66,9 @@ class Coverage(unittest.TestCase):
         row = {"lines": (100, 100), "branches": (100, 100), "conditions": (89, 100)}
         self.assertEqual(len(self.tables(row, "src/filter/fault_detection.cpp")), 1)
         self.assertEqual(self.tables(row, "src/filter/update.cpp"), [])
-        self.assertEqual(self.counted(line(1, 1, conditions=[(4, 3)]))["conditions"], (3, 4))
+        one, other = line(1, 1, conditions=[(4, [0], [1])]), line(1, 1, conditions=[(4, [], [0, 1])])
+        self.assertEqual(self.counted(one)["conditions"], (2, 4))
+        self.assertEqual(self.counted(one, other)["conditions"], (3, 4), "what one unit shows is shown")
 
 
 class SameNumbers(unittest.TestCase):
