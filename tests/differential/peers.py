@@ -34,7 +34,8 @@ DEGREE, G = math.pi / 180, 9.80665
 UNITS = {"": 1, "deg": DEGREE, "deg/s": DEGREE, "rad/s": 1, "m/s^2": 1, "mg": 1e-3 * G, "ug": 1e-6 * G, "g": G, "s": 1, "m": 1, "ms": 1e-3}
 RATE = 20  # Hz, of the output
 PLACE, SPEED, LEVEL = 0.1, 0.1, 2 * DEGREE  # what is known of the start
-SLIP, CURVE = 0.05, 25 * DEGREE  # m/s across a car that turns by less than that in a second, chosen on the drive of docs/anchors.md
+# m/s across a car, for each peer the best of some on the drive of docs/anchors.md; while it turns by less than that in a second
+SLIP, CURVE = {"inslib": 0.05, "sidereon": 0.2}, 25 * DEGREE
 A, E2 = 6378137.0, 0.00669437999014
 COLUMNS = ["time_s", "latitude_deg", "longitude_deg", "height_m", *(f"velocity_{a}_m_s" for a in NED), "roll_deg", "pitch_deg",
            "heading_deg", *(f"sigma_{a}_m" for a in NED), *(f"sigma_velocity_{a}_m_s" for a in NED), *(f"sigma_about_{a}_deg" for a in NED)]
@@ -175,7 +176,7 @@ def inslib(job, work):
         "gnss_min_delay_ms": -1, "gnss_stop_disable": True, "max_deadreckoning_sec": 600, "kalman_update_dt_sec": 0.001}
     if job.car:
         filter_of |= {"automotive_mode": True, "automotive_lateral_constraint": True, "automotive_lateral_after_sec": -1,
-                      "automotive_lateral_stddev_mps": SLIP, "automotive_lateral_max_yaw_rate": CURVE}
+                      "automotive_lateral_stddev_mps": SLIP["inslib"], "automotive_lateral_max_yaw_rate": CURVE}
     time = {"col": 0, "unit": "us"}
     gnss = {"file": "gnss.csv", "time": time, "pos": {"cols": [1, 2, 3]}, "stddev_ned": {"cols": [4, 5, 6]},
             "leverarm_frd": job.lever_arm.tolist()}
@@ -250,7 +251,7 @@ def sidereon(job, _work, turned=False):
     one = {name: math.sqrt(np.mean(noise**2)) for name, noise in job.noise.items()}  # it takes one noise for three axes
     walk = {name: max(density, 1e-9) * math.sqrt(forever / 2) for name, density in job.walk.items()}
     spec = s.ImuSpec(one["accel"], one["gyro"], walk["accel"], walk["gyro"], forever, forever)
-    car = s.NonHolonomicConstraintConfig(SLIP, SLIP, 1.0, CURVE) if job.car else None
+    car = s.NonHolonomicConstraintConfig(SLIP["sidereon"], SLIP["sidereon"], 1.0, CURVE) if job.car else None
     config = s.InertialFilterConfig(spec, loose=s.LooseCouplingConfig(lever_arm_body_m=job.lever_arm.tolist(), non_holonomic=car))
     filter_of = s.InertialFilter.with_config(s.InsFilterState.from_covariance(start, s.ErrorStateLayout.FIFTEEN, P), config)
     shown = job.time
