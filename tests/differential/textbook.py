@@ -1,10 +1,12 @@
-"""A textbook filter in fifty lines, beside replay: the same simulated logs, the same noises, errors and sigmas side by side.
+"""A textbook filter in fifty lines, and filters of others, beside replay: the same simulated logs and noises, errors and sigmas.
 
 usage: textbook.py APPS SOURCE WORK [RUNS]
 
 The filter is that of Groves 2013, 14.2: fifteen states (attitude, velocity, position in a local level that does not turn, biases),
 Euler steps, positions and velocities of a receiver at the IMU. The sensor of the logs has white noise and constant biases alone, so
 that both filters know all there is. Their errors may differ by what the steps of the textbook cost, and their sigmas by a part.
+INSLIB and sidereon run where this interpreter has them (peers.py), from the same wrong level and heading. Errors of
+replay may not be larger than theirs by more than that part either.
 Exit 0: they agree; 1: they do not; 77: NumPy is missing.
 """
 
@@ -127,6 +129,9 @@ class Level:
 
 
 NED = ("north", "east", "down")
+PROGRAM = pathlib.Path(__file__).with_name("peers.py")
+PEERS = ("inslib", "sidereon", "turned")
+PARTS = ((slice(0, 3), 1), (slice(3, 6), 1), (slice(6, 8), 1 / DEGREE), (slice(8, 9), 1 / DEGREE))  # of errors, and their units
 SPEEDS = [f"velocity_{a}" for a in NED]
 VELOCITY = [f"{speed}_m_s" for speed in SPEEDS]
 
@@ -163,6 +168,7 @@ def one_run(apps, source, work, seed):
         f"output: {{rate: imu}}\n")
     run("replay", "run.yaml", "--output", "result")
     ours = {round(r["time_s"], 4): r for r in table(work / "result/filtered.csv")}
+    theirs = peers(work, begin, R, first)
     out = []
     for time, p, v, R, P in rows:
         key = round(time, 4)
@@ -170,18 +176,46 @@ def one_run(apps, source, work, seed):
             continue
         true, o, sigma = truth[key], ours[key], np.sqrt(np.diag(P))
         place, velocity, true_R = level.place(true), triple(true, *VELOCITY), attitude(true)
-        out.append([np.concatenate([p - place, v - velocity, tilt_and_heading(R, true_R)]),
-                    np.concatenate([sigma[6:9], sigma[3:6], sigma[0:2], [sigma_of_heading(R, P)]]),
-                    np.concatenate([level.place(o) - place, triple(o, *VELOCITY) - velocity, tilt_and_heading(attitude(o), true_R)]),
-                    np.concatenate([sigmas(o, NED, "m"), sigmas(o, SPEEDS, "m_s"), [math.nan, math.nan, o["sigma_heading_deg"] * DEGREE]])])
+
+        def errors(row):
+            return np.concatenate([level.place(row) - place, triple(row, *VELOCITY) - velocity, tilt_and_heading(attitude(row), true_R)])
+
+        out.append({
+            "textbook": (np.concatenate([p - place, v - velocity, tilt_and_heading(R, true_R)]),
+                         np.concatenate([sigma[6:9], sigma[3:6], sigma[0:2], [sigma_of_heading(R, P)]])),
+            "replay": (errors(o), np.concatenate([sigmas(o, NED, "m"), sigmas(o, SPEEDS, "m_s"),
+                                                  [math.nan, math.nan, o["sigma_heading_deg"] * DEGREE]])),
+            **{peer: (errors(row), np.concatenate([sigmas(row, NED, "m"), sigmas(row, SPEEDS, "m_s"),
+                                                   sigmas(row, (f"about_{a}" for a in NED), "deg") * DEGREE]))
+               for peer, table_of in theirs.items() if (row := table_of.get(key))}})
     return out
+
+
+def peers(work, begin, R, first):
+    """Solutions of the peers of this interpreter, from the textbook's start, by time."""
+    start = work / "start"
+    start.mkdir(exist_ok=True)
+    angles = dict(zip(("roll_deg", "pitch_deg", "heading_deg"), angles_of(R) / DEGREE))
+    names = ("latitude_deg", "longitude_deg", "height_m", *VELOCITY)
+    with open(start / "smoothed.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, ["time_s", *names, *angles])
+        writer.writeheader()
+        writer.writerow({"time_s": begin, **{name: first[name] for name in names}, **angles})
+    found = {}
+    for peer in subprocess.run([sys.executable, PROGRAM, "--installed"], capture_output=True, text=True, check=True).stdout.split():
+        words = [PROGRAM, peer, work / "run.yaml", start, "--output", work / peer]
+        subprocess.run([sys.executable, *words], check=True, stdout=subprocess.DEVNULL)
+        found[peer] = {round(row["time_s"], 4): row for row in table(work / peer / "filtered.csv")}
+    return found
 
 
 def main():
     apps, source, work = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
     runs = int(sys.argv[4]) if len(sys.argv) > 4 else 4
+    subprocess.run([sys.executable, PROGRAM, "--installed"], check=True, stdout=subprocess.DEVNULL)  # says which are not there
     rows = [row for seed in range(1, runs + 1) for row in one_run(apps, source, work / str(seed), seed)]
-    errors, sigma, our_errors, our_sigma = (np.array(column) for column in zip(*rows))
+    errors, sigma = (np.array([row["textbook"][k] for row in rows]) for k in (0, 1))
+    our_errors, our_sigma = (np.array([row["replay"][k] for row in rows]) for k in (0, 1))
 
     def rms(values):
         return np.sqrt(np.mean(np.square(values), axis=0))
@@ -195,6 +229,14 @@ def main():
             print(f"| {what} {axis} [{unit}] | {theirs:.6f} | {their_sigma:.6f} | {replayed:.6f} | {replayed_sigma:.6f} | {apart:.3f} |")
             agree &= replayed < (1 + WORSE) * theirs and apart < APART and not abs(replayed_sigma / their_sigma - 1) > OTHER
             k += 1
+    print("\n| filter | fixes | position: error [m] | sigma | velocity: error [m/s] | sigma "
+          "| tilt: error [deg] | sigma | heading: error [deg] | sigma | in 3 sigma [%] |\n|---|---|---|---|---|---|---|---|---|---|---|")
+    for name in ["replay", "textbook", *(peer for peer in PEERS if any(peer in row for row in rows))]:
+        e, s = (np.array([row[name][k] for row in rows if name in row]) for k in (0, 1))
+        cells = [f"{rms(values[:, part].ravel()) * unit:.4g}" for part, unit in PARTS for values in (e, s)]
+        known = ~np.isnan(s)
+        print(f"| {name} | {len(e)} | {' | '.join(cells)} | {100 * np.mean(np.abs(e[known]) < 3 * s[known]):.1f} |")
+        agree &= all(rms(our_errors[:, part].ravel()) < (1 + WORSE) * rms(e[:, part].ravel()) for part, _ in PARTS)
     print(f"they {'' if agree else 'do not '}agree: errors larger by less than {100 * WORSE:.0f} %, sigmas alike to {100 * OTHER:.0f} %")
     return 0 if agree else 1
 
