@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 namespace piste {
 namespace {
 
@@ -30,6 +32,39 @@ TEST(CalendarTime, HasALeapSecond) {
   EXPECT_EQ(text(0.25), std::tuple(31, 23, 59, 60, 750000));
   EXPECT_EQ(text(1), std::tuple(31, 23, 59, 60, 0));
   EXPECT_EQ(text(1.5), std::tuple(31, 23, 59, 59, 500000));
+}
+
+// GPS − UTC from each of these months on (IERS Bulletin C).
+TEST(CalendarTime, EachLeapSecondIsThatOfTheBulletin) {
+  constexpr std::array<std::array<int, 3>, 18> kLeaps{{{1981, 7, 1},
+                                                       {1982, 7, 2},
+                                                       {1983, 7, 3},
+                                                       {1985, 7, 4},
+                                                       {1988, 1, 5},
+                                                       {1990, 1, 6},
+                                                       {1991, 1, 7},
+                                                       {1992, 7, 8},
+                                                       {1993, 7, 9},
+                                                       {1994, 7, 10},
+                                                       {1996, 1, 11},
+                                                       {1997, 7, 12},
+                                                       {1999, 1, 13},
+                                                       {2006, 1, 14},
+                                                       {2009, 1, 15},
+                                                       {2012, 7, 16},
+                                                       {2015, 7, 17},
+                                                       {2017, 1, 18}}};
+  const auto ahead = [](sys_days day) {
+    return gps_time(day, 3600, TimeSystem::kUtc).seconds - gps_time(day, 3600, TimeSystem::kGps).seconds;
+  };
+  for (const auto& [year, month, seconds] : kLeaps) {
+    const sys_days day = *day_of(year, month, 1);
+    EXPECT_EQ(ahead(day), seconds) << year;
+    EXPECT_EQ(ahead(day - std::chrono::days(1)), seconds - 1) << year;
+    EXPECT_EQ(unix_time(gps_time(day, 0, TimeSystem::kUtc)),
+              86400.0 * static_cast<double>(day.time_since_epoch().count()))
+        << year;
+  }
 }
 
 TEST(CalendarTime, IsTheInverseOfGpsTime) {
