@@ -55,6 +55,15 @@ class Coverage(unittest.TestCase):
         row = self.counted(line(1, 1, [(1, False), (0, True)]), line(2, 1, [(0, False)]), line(3, 1, [(0, False), (1, False)]))
         self.assertEqual(row["branches"], (1, 1))
 
+    def test_copies_of_a_loop_are_one(self):
+        copies = line(1, 1, [(1, False), (0, False), (0, False), (0, False), (0, False), (1, False), (1, False), (1, False)])
+        self.assertEqual(self.counted(copies)["branches"], (4, 4))
+        self.assertEqual(coverage.terms_of("for (int i = 0; i < n; ++i) {"), 1)
+        self.assertEqual(coverage.terms_of("if (a && b || c) {"), 3)
+        self.assertEqual(coverage.terms_of("return a && b;"), 2)
+        self.assertEqual(coverage.terms_of("x = a ? 1 : 2;"), 1)
+        self.assertEqual(coverage.terms_of("switch (a) {"), 0)
+
     def test_a_branch_that_no_test_takes_closes_the_gate(self):
         whole = {"lines": (100, 100), "branches": (90, 100), "conditions": (0, 0)}
         self.assertEqual(self.tables(whole), [])
