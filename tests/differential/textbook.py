@@ -237,7 +237,7 @@ def main():
         known = ~np.isnan(s)
         print(f"| {name} | {len(e)} | {' | '.join(cells)} | {100 * np.mean(np.abs(e[known]) < 3 * s[known]):.1f} |")
         agree &= all(rms(our_errors[:, part].ravel()) < (1 + WORSE) * rms(e[:, part].ravel()) for part, _ in PARTS)
-    print(f"they {'' if agree else 'do not '}agree: errors larger by less than {100 * WORSE:.0f} %, sigmas alike to {100 * OTHER:.0f} %")
+    print(f"figure: they {'' if agree else 'do not '}agree: errors larger by less than {100 * WORSE:.0f} %, sigmas alike to {100 * OTHER:.0f} %")
     return 0 if agree else 1
 
 
