@@ -209,5 +209,20 @@ TEST(OutputFolder, WhatIsWrittenLastStandsForTheWholeRun) {
   EXPECT_EQ(files_in(folder.path()), mixed);
 }
 
+TEST(OutputFolder, TwoOfOneFolderLeaveEachOtherAlone) {
+  const TemporaryFolder folder;
+  {
+    OutputFolder one(folder.path()), other(folder.path());
+    one.write("a.csv", "one");
+    one.write("sub/b.csv", "one");
+    other.write("a.csv", "other");
+    other.commit();  // removes what nobody owns, and none of the files of `one`
+    EXPECT_EQ(read_text(folder / "a.csv"), "other");
+    one.commit();
+  }
+  const std::map<std::string, std::string> whole{{"a.csv", "one"}, {"sub/b.csv", "one"}};
+  EXPECT_EQ(files_in(folder.path()), whole);
+}
+
 }  // namespace
 }  // namespace piste::test
