@@ -111,22 +111,27 @@ const Unit* find_unit(std::string_view name) {
 
 // unit = factor { ['*' | '.' | '/'] factor };
 // factor = ('sqrt(' unit ')' | '(' unit ')' | number | name) [ ['^'] integer ]
+// Headers are full of words that are no units: that is an answer, and no exception.
 class UnitParser {
  public:
   explicit UnitParser(std::string_view text) : all_(plain(text)), rest_(all_) { skip_blanks(); }
 
-  Unit parse() {
-    const Unit unit = product();
-    if (!rest_.empty()) fail(fmt::format("`{}` is one too many", rest_));
+  // Nothing if the text is no unit; then fault() says why.
+  std::optional<Unit> parse() {
+    const std::optional<Unit> unit = product();
+    if (unit && !rest_.empty()) return fail(fmt::format("`{}` is one too many", rest_));
     return unit;
   }
 
+  std::string fault() const {
+    return fmt::format("unit `{}`: {}; known are {}, joined by * / ^ and sqrt(), such as deg/s/sqrt(Hz)", all_, why_,
+                       known_units());
+  }
+
  private:
-  [[noreturn]] void fail(const std::string& why) const {
-    throw std::invalid_argument(
-        fmt::format("unit `{}`: {}; known are {}, joined by * / ^ and sqrt(), such as "
-                    "deg/s/sqrt(Hz)",
-                    all_, why, known_units()));
+  std::nullopt_t fail(std::string why) {
+    why_ = std::move(why);
+    return std::nullopt;
   }
 
   void skip_blanks() {
@@ -139,58 +144,61 @@ class UnitParser {
     return true;
   }
 
-  Unit product() {
-    Unit unit = power();
-    while (true) {
+  std::optional<Unit> product() {
+    std::optional<Unit> unit = power();
+    while (unit) {
       skip_blanks();
-      if (take("/")) {
-        unit = multiply(unit, power(), -1);
-      } else if (take("*") || take(".") || (!rest_.empty() && rest_.front() != ')' && rest_.front() != '^')) {
-        unit = multiply(unit, power(), 1);
-      } else {
-        return unit;
-      }
+      const bool divided = take("/");
+      if (!divided && !take("*") && !take(".") && (rest_.empty() || rest_.front() == ')' || rest_.front() == '^'))
+        break;
+      const std::optional<Unit> next = power();
+      if (!next) return next;
+      unit = multiply(*unit, *next, divided ? -1 : 1);
     }
+    return unit;
   }
 
-  Unit power() {
-    const Unit base = factor();
+  std::optional<Unit> power() {
+    const std::optional<Unit> base = factor();
+    if (!base) return base;
     const bool raised = take("^");
     const bool digits = !rest_.empty() && (rest_.front() == '-' || (rest_.front() >= '0' && rest_.front() <= '9'));
     if (!raised && !digits) return base;
     int exponent = 0;
     const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), exponent);
-    if (error != std::errc{} || exponent < -9 || exponent > 9) fail("after ^ comes a small whole number");
+    if (error != std::errc{} || exponent < -9 || exponent > 9) return fail("after ^ comes a small whole number");
     rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
     Unit unit{1, kNone};
-    for (int i = 0; i < std::abs(exponent); ++i) unit = multiply(unit, base, exponent > 0 ? 1 : -1);
+    for (int i = 0; i < std::abs(exponent); ++i) unit = multiply(unit, *base, exponent > 0 ? 1 : -1);
     return unit;
   }
 
-  Unit factor() {
+  // The unit of an expression whose opening parenthesis was taken.
+  std::optional<Unit> enclosed() {
+    if (++depth_ > 4) return fail("too many parentheses");
+    const std::optional<Unit> unit = product();
+    if (unit && !take(")")) return fail("a closing parenthesis is missing");
+    return unit;
+  }
+
+  std::optional<Unit> factor() {
     skip_blanks();
     if (take("sqrt(") || take("√(")) {
-      if (++depth_ > 4) fail("too many roots");
-      Unit unit = product();
-      if (!take(")")) fail("a closing parenthesis is missing");
-      unit.factor = std::sqrt(unit.factor);
-      for (int& e : unit.half_exponents) {
-        if (e % 2 != 0) fail("a root of a root");
+      std::optional<Unit> unit = enclosed();
+      if (!unit) return unit;
+      unit->factor = std::sqrt(unit->factor);
+      for (int& e : unit->half_exponents) {
+        if (e % 2 != 0) return fail("a root of a root");
         e /= 2;
       }
       return unit;
     }
-    if (take("(")) {
-      if (++depth_ > 4) fail("too many parentheses");
-      const Unit unit = product();
-      if (!take(")")) fail("a closing parenthesis is missing");
-      return unit;
-    }
+    if (take("(")) return enclosed();
     double number = 0;
     const auto [end, error] = read_number(rest_.data(), rest_.data() + rest_.size(), number);
     if (error == std::errc{} && number > 0 && std::isfinite(number)) {  // such as 1e-7 deg
       rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
-      return {number, kNone};
+      return Unit{number, kNone};
     }
     const std::string_view word = rest_.substr(0, rest_.find_first_of("*/^(). "));
     const std::string_view name = word.substr(0, word.find_first_of("-0123456789"));  // `s2` and `s-1` are powers
@@ -198,11 +206,12 @@ class UnitParser {
       rest_.remove_prefix(name.size());
       return *unit;
     }
-    fail(word.empty() ? "a unit is missing" : fmt::format("`{}` is unknown", word));
+    return fail(word.empty() ? "a unit is missing" : fmt::format("`{}` is unknown", word));
   }
 
   const std::string all_;
   std::string_view rest_;
+  std::string why_;
   int depth_ = 0;
 };
 
@@ -259,25 +268,30 @@ std::array<double, N> parse(std::string_view text, const Dimension& expected) {
   return values;
 }
 
+// Phones mean g by `G`; elsewhere it is gauss.
+bool is_phone_g(std::string_view unit, const Dimension& expected) {
+  return unit == "G" && expected == dimension::kAcceleration;
+}
+
 }  // namespace
 
 double unit_factor(std::string_view unit, const Dimension& expected) {
-  if (unit == "G" && expected == dimension::kAcceleration) return kStandardGravity;  // phones mean g; elsewhere gauss
-  const Unit parsed = unit.empty() ? Unit{1, kNone} : UnitParser(unit).parse();
-  if (parsed.half_exponents != expected.half_exponents) {
+  if (is_phone_g(unit, expected)) return kStandardGravity;
+  UnitParser parser(unit);
+  const std::optional<Unit> parsed = unit.empty() ? Unit{1, kNone} : parser.parse();
+  if (!parsed) throw std::invalid_argument(parser.fault());
+  if (parsed->half_exponents != expected.half_exponents) {
     throw std::invalid_argument(fmt::format("unit `{}` does not measure {}; right would be such as `{}`", unit,
                                             expected.name, expected.example));
   }
-  return parsed.factor;
+  return parsed->factor;
 }
 
 bool measures(std::string_view unit, const Dimension& dimension) {
-  try {
-    unit_factor(unit, dimension);
-    return !unit.empty();
-  } catch (const std::invalid_argument&) {
-    return false;
-  }
+  if (unit.empty()) return false;
+  if (is_phone_g(unit, dimension)) return true;
+  const std::optional<Unit> parsed = UnitParser(unit).parse();
+  return parsed && parsed->half_exponents == dimension.half_exponents;
 }
 
 double parse_quantity(std::string_view text, const Dimension& expected) { return parse<1>(text, expected)[0]; }
