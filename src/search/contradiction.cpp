@@ -16,12 +16,10 @@ constexpr double kRight = 1.2;              // mean NIS of positions that fit
 constexpr double kElsewhere = 5;            // sigmas of the run that presumes less: no chance in a thousand logs
 
 // Whether a block ends far from where it ends in a run that presumes less, by the sigmas of that.
-bool elsewhere(Block block, const Solution& with, const Solution& without) {
-  const auto last = [](const Solution& run) { return run.estimate(run.size() - 1); };
-  const FullError sigmas = without.sigmas(without.size() - 1).blocks;
-  const FullError apart = boxminus(last(with), last(without));
+bool elsewhere(Block block, const Evidence& with, const Evidence& without) {
+  const FullError apart = boxminus(with.last, without.last);
   const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
-  return (part(apart).abs() > kElsewhere * part(sigmas)).any();
+  return (part(apart).abs() > kElsewhere * part(without.sigmas)).any();
 }
 
 }  // namespace
@@ -39,12 +37,13 @@ bool velocities_contradict(WholeLog log, const Calibration& found, const Progres
   if (!some || !log.options.gnss.front().use_velocity) return false;
   if (!drifts_plausibly(found)) return true;
   log.drifts = found.clock_drift_sigma > 0;
-  const auto with = log.filtered(found, part_of(progress, 0, 0.5));
+  const auto with = log.filtered(found);
+  if (progress) progress(0.5);
   log.velocities = false;
-  const auto without = log.filtered(found, part_of(progress, 0.5, 1));
+  const auto without = log.filtered(found);
   if (!with || !without) return false;
   // Few positions may lead a filter astray, which proves nothing.
-  const auto nis = [](const Solution& run) { return nis_of_positions(run.innovations, run.sources); };
+  const auto nis = [](const Evidence& run) { return nis_of_positions(run.innovations, run.sources); };
   if (nis(*without) > std::max(kRight, nis(*with))) return false;
   return elsewhere(Block::kLeverArm, *with, *without) ||
          (log.find_clock && elsewhere(Block::kGnssDelay, *with, *without));
@@ -52,9 +51,10 @@ bool velocities_contradict(WholeLog log, const Calibration& found, const Progres
 
 bool vehicle_contradicts(WholeLog log, const Calibration& found, const ProgressCallback& progress) {
   log.drifts = found.clock_drift_sigma > 0;
-  const auto with = log.filtered(found, part_of(progress, 0, 0.5));
+  const auto with = log.filtered(found);
+  if (progress) progress(0.5);
   log.vehicle.reset();
-  const auto without = log.filtered(found, part_of(progress, 0.5, 1));
+  const auto without = log.filtered(found);
   if (!with || !without) return false;
   return elsewhere(Block::kGyroScale, *with, *without) || elsewhere(Block::kAccelScale, *with, *without);
 }

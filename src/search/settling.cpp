@@ -35,7 +35,7 @@ constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as t
 
 // By what factor the sigmas of a source have to grow so that no larger a share of its fixes than `most` is refused; 1
 // if none is.
-double growth(const Solution& run, const std::string& source, double most) {
+double growth(const Evidence& run, const std::string& source, double most) {
   std::vector<double> beyond;  // nis over its gate
   std::size_t refused = 0;
   for (const Innovation& i : run.innovations) {
@@ -51,16 +51,15 @@ double growth(const Solution& run, const std::string& source, double most) {
 }
 
 // Whether a run knows the drift of the clock better than before it.
-bool tells_drift(const Solution& run, const Priors& before) {
-  return run.sigmas(run.size() - 1).blocks(full_offset(Block::kClockDrift)) < kKnownDrift * before.clock_drift;
+bool tells_drift(const Evidence& run, const Priors& before) {
+  return run.sigmas(full_offset(Block::kClockDrift)) < kKnownDrift * before.clock_drift;
 }
 
 // Takes the clock from a run that estimates its offset, and its drift if it `drifts`. Returns whether it has moved.
-bool take_clock(const Solution& run, bool drifts, Calibration& found) {
-  const Estimate x = run.estimate(run.size() - 1);
-  const FullError sigmas = run.sigmas(run.size() - 1).blocks;
-  found.clock_sigma = sigmas(full_offset(Block::kGnssDelay));
-  found.clock_drift_sigma = drifts ? sigmas(full_offset(Block::kClockDrift)) : 0;
+bool take_clock(const Evidence& run, bool drifts, Calibration& found) {
+  const Estimate& x = run.last;
+  found.clock_sigma = run.sigmas(full_offset(Block::kGnssDelay));
+  found.clock_drift_sigma = drifts ? run.sigmas(full_offset(Block::kClockDrift)) : 0;
   if (std::abs(x.gnss_delay) <= kStill * found.clock_sigma &&
       std::abs(x.clock_drift) <= kStill * found.clock_drift_sigma) {
     return false;
@@ -71,7 +70,7 @@ bool take_clock(const Solution& run, bool drifts, Calibration& found) {
   return true;
 }
 
-std::vector<Innovation> of_positions(const Solution& run) {
+std::vector<Innovation> of_positions(const Evidence& run) {
   std::vector<Innovation> all;
   std::copy_if(run.innovations.begin(), run.innovations.end(), std::back_inserter(all), [&](const Innovation& i) {
     return run.sources[static_cast<std::size_t>(i.source)] == "gnss[0].position" && i.outcome != Outcome::kRepeated;
@@ -80,7 +79,7 @@ std::vector<Innovation> of_positions(const Solution& run) {
 }
 
 // The logarithm of the likelihood of one of the innovations, as a mean.
-double mean_likelihood(const std::vector<Innovation>& innovations, const Solution& run) {
+double mean_likelihood(const std::vector<Innovation>& innovations, const Evidence& run) {
   return log_likelihood(innovations, run.sources) / static_cast<double>(std::max<std::size_t>(1, innovations.size()));
 }
 
@@ -120,8 +119,8 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
   std::optional<Calibration> grown;   // with the sigmas before the last growth
   for (int round = 0; round < kMostRounds; ++round) {
     // However many there will be: as if as many as a rule were always still to come.
-    const auto done = [](int rounds) { return 1 - std::pow(1 - 1 / kRounds, rounds); };
-    const auto run = log.filtered(found, part_of(progress, done(round), done(round + 1)));
+    if (progress) progress(1 - std::pow(1 - 1 / kRounds, round));
+    const auto run = log.filtered(found);
     if (!run && before) return before;
     if (!run) return std::nullopt;
     if (log.drifts && !tells_drift(*run, log.options.priors)) {

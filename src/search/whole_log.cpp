@@ -1,9 +1,13 @@
 #include "search/whole_log.h"
 
+#include <utility>
+
 #include "piste/condition/pipeline.h"
 #include "piste/core/error.h"
 #include "piste/core/state_table.h"
+#include "piste/start/start.h"
 #include "search/calibration.h"
+#include "start/vehicle_mounting.h"
 #include "tune/thinned.h"
 
 namespace piste {
@@ -49,15 +53,16 @@ Recording WholeLog::scaled(const Calibration& found) const {
   return all;
 }
 
-std::optional<Solution> WholeLog::filtered(const Calibration& found, const ProgressCallback& progress) const {
+std::optional<Evidence> WholeLog::filtered(const Calibration& found) const {
   try {
-    const auto report = [&](std::string_view, std::size_t done, std::size_t all) {
-      if (progress && all > 0) progress(static_cast<double>(done) / static_cast<double>(all));
-    };
-    const ReplayOptions how = replayed(found);
-    Solution run = replay(thinned(condition(scaled(found), how.conditioning)), how, report).filtered.solution;
-    if (!run.empty()) return run;
-  } catch (const Error&) {  // no start, or a filter that diverges
+    ReplayOptions how = replayed(found);
+    const Log log = thinned(condition(scaled(found), how.conditioning));
+    how.filter.clock_from = log.imu.front().time;
+    Start start = find_start(log, how.filter, how.heading).start;
+    const FilterOptions filter = with_mounting(std::move(how.filter), log, start);
+    Evidence run = filter_again(log, filter, start, start.time + kLongest);
+    if (!run.innovations.empty()) return run;
+  } catch (const Error&) {  // no start
   }
   return std::nullopt;
 }

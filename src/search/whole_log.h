@@ -7,6 +7,7 @@
 #include "piste/core/options.h"
 #include "piste/inspect/inspection.h"
 #include "piste/replay/replay.h"
+#include "tune/evidence.h"
 
 namespace piste {
 
@@ -26,8 +27,8 @@ struct WholeLog {
   ReplayOptions replayed(const Calibration& found) const;
   /// The log with the sigmas of positions and velocities that were found.
   Recording scaled(const Calibration& found) const;
-  /// The filter's solution, of sums of samples (tune/thinned.h); nothing where no filter runs.
-  std::optional<Solution> filtered(const Calibration& found, const ProgressCallback& progress = {}) const;
+  /// A run of the filter over sums of samples (tune/thinned.h); nothing where none runs.
+  std::optional<Evidence> filtered(const Calibration& found) const;
 };
 
 }  // namespace piste

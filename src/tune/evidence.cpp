@@ -39,12 +39,20 @@ FilterOptions without_unseen(FilterOptions options) {
   return options;
 }
 
+double most_cost(const Innovation& v, const std::vector<std::string>& sources) {
+  return cost_of_outlier(sources[static_cast<std::size_t>(v.source)], v.dof);
+}
+
 // −2 ln p of an innovation.
 double cost(const Innovation& v, const std::vector<std::string>& sources) {
-  return std::min(v.nis + v.log_determinant, cost_of_outlier(sources[static_cast<std::size_t>(v.source)], v.dof));
+  return std::min(v.nis + v.log_determinant, most_cost(v, sources));
 }
 
 }  // namespace
+
+bool is_outlier(const Innovation& v, const std::vector<std::string>& sources) {
+  return v.nis + v.log_determinant > most_cost(v, sources);
+}
 
 double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources) {
   double sum = 0;

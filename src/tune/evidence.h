@@ -33,6 +33,9 @@ struct Evidence {
   FullError sigmas = FullError::Zero();  ///< of the blocks of `last`
 };
 
+/// Whether an innovation is less likely than an outlier that may be anywhere.
+bool is_outlier(const Innovation& v, const std::vector<std::string>& sources);
+
 /// −½ Σ (nis + ln det S), where no innovation counts as less likely than an outlier that may be anywhere.
 double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -18,13 +19,11 @@ namespace piste {
 namespace {
 
 constexpr int kMostRounds = 3, kMostSteps = 8;
+constexpr int kChords = 2;                     // steps by the differences of the one before
 constexpr double kCoarse = 0.3, kFine = 0.05;  // of logarithms, between the runs of a difference
 constexpr double kLongestStep = 1.2;           // of a logarithm
 constexpr double kArrived = 0.3;               // of the log-likelihood: by chance a value gains half of one
 constexpr double kNear = 2;                    // the same, where a rough answer will do
-// Steps that are tried: how much they are damped, and how far they reach. Sigmas that are far too large come down by a
-// half of their logarithm only at a reach of 1.
-constexpr std::array<std::pair<double, double>, 4> kTrials{{{0, 1}, {0, 2}, {0, 4}, {1, 1}}};
 constexpr double kNoGate = 1 - 1e-12;
 
 // The innovation of the same measurement in another run.
@@ -39,23 +38,48 @@ std::vector<Innovation> in_order(std::vector<Innovation> innovations) {
   return innovations;
 }
 
+// Calls `see(k, one, other)` for the innovations of the same measurement, the k-th of `ordered` and that of another
+// run.
+template <class See>
+void for_each_pair(const std::vector<Innovation>& ordered, const Evidence& run, See&& see) {
+  const std::vector<Innovation> others = in_order(run.innovations);
+  auto other = others.begin();
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
+    while (other != others.end() && before(*other, ordered[k])) ++other;
+    if (other == others.end()) return;
+    if (!before(ordered[k], *other)) see(k, ordered[k], *other);
+  }
+}
+
+Eigen::Index row_of(std::size_t k, int axis) {
+  return static_cast<Eigen::Index>(6 * k + 2 * static_cast<std::size_t>(axis));
+}
+
 // By how much residuals and sigmas of a run, `apart` from another in one knob, differ from those of that other, for a
 // unit of the knob: dz/σ and √2 d ln σ.
-Eigen::VectorXd change(const Evidence& here, const Evidence& there, double apart) {
-  Eigen::VectorXd rows = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * here.innovations.size()));
-  const std::vector<Innovation> innovations = in_order(here.innovations), others = in_order(there.innovations);
-  auto other = others.begin();
-  for (std::size_t k = 0; k < innovations.size(); ++k) {
-    const Innovation& i = innovations[k];
-    while (other != others.end() && before(*other, i)) ++other;
-    if (other == others.end() || before(i, *other)) continue;
+Eigen::VectorXd change(const std::vector<Innovation>& here, const Evidence& there, double apart) {
+  Eigen::VectorXd rows = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * here.size()));
+  for_each_pair(here, there, [&](std::size_t k, const Innovation& i, const Innovation& other) {
     for (int axis = 0; axis < i.dof; ++axis) {
-      const auto row = static_cast<Eigen::Index>(6 * k + 2 * static_cast<std::size_t>(axis));
-      rows(row) = (other->residual(axis) - i.residual(axis)) / (apart * i.sigma(axis));
-      rows(row + 1) = std::sqrt(2) * std::log(other->sigma(axis) / i.sigma(axis)) / apart;
+      rows(row_of(k, axis)) = (other.residual(axis) - i.residual(axis)) / (apart * i.sigma(axis));
+      rows(row_of(k, axis) + 1) = std::sqrt(2) * std::log(other.sigma(axis) / i.sigma(axis)) / apart;
     }
-  }
+  });
   return rows;
+}
+
+// What the residuals and sigmas of a run multiply the changes with in the gradient of −Σ (½ z²/σ² + ln σ).
+Eigen::VectorXd weights(const std::vector<Innovation>& here, const Evidence& there) {
+  Eigen::VectorXd of_rows = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * here.size()));
+  for_each_pair(here, there, [&](std::size_t k, const Innovation& i, const Innovation& other) {
+    if (is_outlier(other, there.sources)) return;  // its likelihood does not change
+    for (int axis = 0; axis < i.dof; ++axis) {
+      const double z = other.residual(axis) / other.sigma(axis);
+      of_rows(row_of(k, axis)) = -z * i.sigma(axis) / other.sigma(axis);
+      of_rows(row_of(k, axis) + 1) = (z * z - 1) / std::sqrt(2);
+    }
+  });
+  return of_rows;
 }
 
 // Whether a delay, or the drift of the clock, is elsewhere in another run, by more than a part of its sigma.
@@ -166,34 +190,58 @@ NoiseFound NoiseSearch::climb(const NoiseModel& from) const {
   return found;
 }
 
-// One step; whether another one is worth its while.
+// Steps by one set of differences; whether others are worth their while. After the first step the gradient is carried
+// along by the changes of residuals and sigmas, which the differences gave (Shamanskii 1967: chord steps).
 bool NoiseSearch::climb_once(const JudgedLog& log, NoiseFound& found, double apart) const {
   const auto n = static_cast<Eigen::Index>(found.knobs.size());
-  const auto tried = [&](const std::vector<Eigen::VectorXd>& steps) {
-    std::vector<NoiseModel> models;
-    models.reserve(steps.size());
-    for (const Eigen::VectorXd& by : steps) models.push_back(moved(found.knobs, found.best.model, by));
-    return filtered(log, models);
-  };
-  std::vector<Eigen::VectorXd> steps;
-  for (Eigen::Index i = 0; i < n; ++i) steps.emplace_back(apart * Eigen::VectorXd::Unit(n, i));
-  std::vector<NoisePoint> points = tried(steps);
-  const Ascent ascent = this->ascent(found.knobs, found.best, points, apart);
+  const double enough = thorough_ ? kArrived : kNear;
+  std::vector<NoiseModel> models;
+  for (Eigen::Index i = 0; i < n; ++i)
+    models.push_back(moved(found.knobs, found.best.model, apart * Eigen::VectorXd::Unit(n, i)));
+  std::vector<NoisePoint> around = filtered(log, models);
+  Ascent ascent = this->ascent(found.knobs, found.best, around, apart);
   found.information = ascent.information;
-
-  steps.clear();
-  for (const auto& [damping, reach] : kTrials) {
-    Eigen::MatrixXd damped = ascent.information;
-    damped.diagonal() *= 1 + damping;
-    const Eigen::VectorXd by = reach * solve_symmetric(damped, ascent.slope);
-    steps.emplace_back(by * std::min(1.0, kLongestStep / by.cwiseAbs().maxCoeff()));
+  const bool is_rough = apart > kFine;
+  for (int chord = 0; chord <= kChords; ++chord) {
+    if (ascent.gain() < enough) return is_rough || (chord > 0 && thorough_);
+    const NoisePoint from = found.best;
+    const double gain = step(log, found, ascent, std::exchange(around, {}));
+    if (gain < enough) return is_rough || chord > 0;
+    carry(ascent, found.knobs, from, found.best);
   }
-  for (NoisePoint& point : tried(steps)) points.push_back(std::move(point));
-  const auto best = std::max_element(points.begin(), points.end(),
-                                     [](const NoisePoint& a, const NoisePoint& b) { return a.value < b.value; });
-  const double gain = best->value - found.best.value;
-  if (gain > 0) found.best = std::move(*best);
-  return gain > (thorough_ ? kArrived : kNear) || apart > kFine;
+  return true;
+}
+
+// Takes the most likely of some steps, and of the points `around`. Returns what it gains.
+double NoiseSearch::step(const JudgedLog& log, NoiseFound& found, const Ascent& ascent,
+                         std::vector<NoisePoint> around) const {
+  const auto damped = [&](double damping) -> Eigen::VectorXd {
+    Eigen::MatrixXd information = ascent.information;
+    information.diagonal() *= 1 + damping;
+    return solve_symmetric(information, ascent.slope);
+  };
+  const auto within = [](const Eigen::VectorXd& by) -> Eigen::VectorXd {
+    return by * std::min(1.0, kLongestStep / by.cwiseAbs().maxCoeff());
+  };
+  const auto model = [&](const Eigen::VectorXd& by) { return moved(found.knobs, found.best.model, within(by)); };
+  const auto add = [&](std::vector<NoisePoint> more) { std::ranges::move(more, std::back_inserter(around)); };
+  const auto best = [&] {
+    return std::ranges::max_element(around, {}, [](const NoisePoint& point) { return point.value; });
+  };
+  // Sigmas that are far too large come down by a half of their logarithm only at a reach of 1.
+  const Eigen::VectorXd whole = damped(0);
+  const bool reaches_on = whole.cwiseAbs().maxCoeff() < kLongestStep;
+  add(filtered(log, std::vector{model(whole), model(reaches_on ? Eigen::VectorXd(2 * whole) : damped(1))}));
+  if (reaches_on) {
+    if (best() == around.end() - 1 && best()->value > found.best.value) {
+      add(filtered(log, std::vector{model(4 * whole)}));
+    } else if (!(best()->value > found.best.value)) {
+      add(filtered(log, std::vector{model(damped(1))}));
+    }
+  }
+  const double gain = best()->value - found.best.value;
+  if (gain > 0) found.best = std::move(*best());
+  return std::max(0.0, gain);
 }
 
 std::vector<NoisePoint> NoiseSearch::climbed(const JudgedLog& log, const std::vector<NoiseKnob>& knobs,
@@ -233,24 +281,39 @@ std::vector<NoisePoint> NoiseSearch::climbed(const JudgedLog& log, const std::ve
 NoiseSearch::Ascent NoiseSearch::ascent(const std::vector<NoiseKnob>& knobs, const NoisePoint& here,
                                         const std::vector<NoisePoint>& around, double apart) const {
   const auto n = static_cast<Eigen::Index>(knobs.size());
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * here.evidence.innovations.size()), n);
   Ascent ascent;
-  ascent.slope = Eigen::VectorXd::Zero(n);
-  const Eigen::VectorXd at = logarithms(knobs, here.model), centre = logarithms(knobs, centre_);
+  ascent.innovations = in_order(here.evidence.innovations);
+  ascent.changes = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * ascent.innovations.size()), n);
+  ascent.slope = prior_slope(knobs, here.model);
   for (Eigen::Index i = 0; i < n; ++i) {
     const NoisePoint& there = around[static_cast<std::size_t>(i)];
     if (!std::isfinite(there.value) || !std::isfinite(here.value)) continue;
-    rows.col(i) = change(here.evidence, there.evidence, apart);
-    ascent.slope(i) =
-        (there.evidence.likelihood - here.evidence.likelihood) / apart + 0.5 * apart * rows.col(i).squaredNorm();
+    ascent.changes.col(i) = change(ascent.innovations, there.evidence, apart);
+    ascent.slope(i) += (there.evidence.likelihood - here.evidence.likelihood) / apart +
+                       0.5 * apart * ascent.changes.col(i).squaredNorm();
   }
-  ascent.information = rows.transpose() * rows;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double width = knobs[static_cast<std::size_t>(i)].width;
-    ascent.information(i, i) += 1 / (width * width);
-    if (std::isfinite(centre(i))) ascent.slope(i) -= (at(i) - centre(i)) / (width * width);
-  }
+  ascent.information = ascent.changes.transpose() * ascent.changes;
+  for (Eigen::Index i = 0; i < n; ++i)
+    ascent.information(i, i) += std::pow(knobs[static_cast<std::size_t>(i)].width, -2);
   return ascent;
+}
+
+// The gradient at `to` from that at `from`, by the changes of residuals and sigmas that `ascent` has.
+void NoiseSearch::carry(Ascent& ascent, const std::vector<NoiseKnob>& knobs, const NoisePoint& from,
+                        const NoisePoint& to) const {
+  const auto weight = [&](const NoisePoint& point) { return weights(ascent.innovations, point.evidence); };
+  ascent.slope += ascent.changes.transpose() * (weight(to) - weight(from)) + prior_slope(knobs, to.model) -
+                  prior_slope(knobs, from.model);
+}
+
+Eigen::VectorXd NoiseSearch::prior_slope(const std::vector<NoiseKnob>& knobs, const NoiseModel& model) const {
+  const Eigen::VectorXd off = logarithms(knobs, centre_) - logarithms(knobs, model);
+  Eigen::VectorXd slope(off.size());
+  for (Eigen::Index i = 0; i < slope.size(); ++i) {
+    // A value that is 0 at the start has no prior.
+    slope(i) = std::isfinite(off(i)) ? off(i) * std::pow(knobs[static_cast<std::size_t>(i)].width, -2) : 0;
+  }
+  return slope;
 }
 
 }  // namespace piste

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <vector>
 
+#include "math/linear_algebra.h"
 #include "tune/evidence.h"
 #include "tune/noise_model.h"
 
@@ -76,10 +77,19 @@ class NoiseSearch {
   struct Ascent {
     Eigen::VectorXd slope;
     Eigen::MatrixXd information;
+    // Of which run, and how its residuals and sigmas change with each knob.
+    std::vector<Innovation> innovations;
+    Eigen::MatrixXd changes;
+
+    /// What a whole step gains where the likelihood is a parabola.
+    double gain() const { return 0.5 * slope.dot(solve_symmetric(information, slope)); }
   };
   Ascent ascent(const std::vector<NoiseKnob>& knobs, const NoisePoint& here, const std::vector<NoisePoint>& around,
                 double apart) const;
+  void carry(Ascent& ascent, const std::vector<NoiseKnob>& knobs, const NoisePoint& from, const NoisePoint& to) const;
   bool climb_once(const JudgedLog& log, NoiseFound& found, double apart) const;
+  double step(const JudgedLog& log, NoiseFound& found, const Ascent& ascent, std::vector<NoisePoint> around) const;
+  Eigen::VectorXd prior_slope(const std::vector<NoiseKnob>& knobs, const NoiseModel& model) const;
   double prior(const NoiseModel& model) const;
   void count_run() const;
 
