@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -20,8 +21,8 @@ struct Factor {
 
 /// The maximum-likelihood factor of a value, and its gain. The search takes steps of a factor of 3 up and down while
 /// they gain, then of its root. Then it takes the top of the parabola through the best three over the logarithm of the
-/// factor. Of values of equal likelihood, such as a noise below all that can be seen, it is the one nearest to the
-/// file's. `gain(factor)` filters the log; it is called once for each factor.
+/// factor, twice. Of values of equal likelihood, such as a noise below all that can be seen, it is the one nearest to
+/// the file's. `gain(factor)` filters the log; it is called once for each factor.
 template <class Gain>
 Factor most_likely_factor(Gain&& gain) {
   std::map<double, double> tried{{0, 0}};  // gain by the number of steps
@@ -49,10 +50,16 @@ Factor most_likely_factor(Gain&& gain) {
   const double middle = best()->first;
   attempt(middle + 0.5);
   attempt(middle - 0.5);
-  const auto [x, top] = *best();
-  const double low = tried.contains(x - 0.5) ? tried[x - 0.5] : kNaN,
-               high = tried.contains(x + 0.5) ? tried[x + 0.5] : kNaN, curvature = low + high - 2 * top;
-  if (curvature < 0 && std::isfinite(curvature)) attempt(x + std::clamp(0.25 * (low - high) / curvature, -0.5, 0.5));
+  for (int parabola = 0; parabola < 2; ++parabola) {  // through the best and its neighbours
+    const auto top = tried.find(best()->first);
+    if (top == tried.begin() || std::next(top) == tried.end()) break;
+    const auto [low, at_low] = *std::prev(top);
+    const auto [high, at_high] = *std::next(top);
+    const double rise = (top->second - at_low) / (top->first - low),
+                 fall = (at_high - top->second) / (high - top->first), curvature = (fall - rise) / (high - low);
+    if (!(curvature < 0) || !std::isfinite(curvature)) break;
+    attempt(std::clamp((low + top->first) / 2 - rise / (2 * curvature), low, high));
+  }
   return {std::pow(kFactorStep, best()->first), best()->second};
 }
 

@@ -25,7 +25,7 @@ bool elsewhere(Block block, const Evidence& with, const Evidence& without) {
 }  // namespace
 
 double cost_of_contradiction(const WholeLog& log) {
-  constexpr double kRuns = 4, kRunCost = 2;  // two each, with and without; a run finds its start besides
+  constexpr double kRuns = 4, kRunCost = 1.2;  // two each, with and without; a run finds its start besides
   return kRuns * kRunCost * rows_in(log.recording, WholeLog::kLongest);
 }
 

@@ -28,7 +28,7 @@ constexpr double kRefused = 0.01, kRefusedOfTails = 0.03;
 constexpr double kLeastStep = 1.2, kMostStep = 2;  // times the sigmas in a round
 constexpr double kStill = 0.25;                    // sigmas: a clock that moves by less stays
 constexpr double kKnownDrift = 0.5;                // of its prior: a drift that is no better known is not determined
-constexpr double kRounds = 5, kRunCost = 2;        // rounds as a rule; a run finds its start besides
+constexpr double kRounds = 5, kRunCost = 1.2;      // rounds as a rule; a run finds its start besides
 constexpr const char *kWholeStage = "whole log", *kMotionStage = "noise in all motion";
 constexpr std::size_t kFew = 20;  // fewer fixes give no share
 constexpr double kAlike = 0.03;  // of the logarithm of a fix's likelihood: as the delay is estimated, more is no chance

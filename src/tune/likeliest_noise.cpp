@@ -190,10 +190,12 @@ double ratio_of_heights(const Evidence& run, std::size_t receiver) {
 
 // The same noise, with heights of their own where those of a receiver look worse or better than the rest.
 NoiseModel with_heights(NoiseModel model, const Evidence& run) {
-  constexpr double kAlike = 1.5, kMost = 100;  // factors: not looked into; a receiver states nothing at all
+  constexpr double kAlike = 1.1, kMost = 100;  // factors: not looked into; a receiver states nothing at all
   for (std::size_t i = 0; i < model.gnss.size(); ++i) {
     const double ratio = std::clamp(ratio_of_heights(run, i), 1 / kMost, kMost);
-    if (std::abs(std::log(ratio)) > std::log(kAlike)) model.gnss[i].height *= ratio;
+    if (std::abs(std::log(ratio)) < std::log(kAlike)) continue;
+    model.gnss[i].height *= ratio;
+    model.gnss[i].white *= std::pow(ratio, -1.0 / 3);  // north and east had been taken for as bad as the heights
   }
   return model;
 }
@@ -243,19 +245,6 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
   NoiseFound found = search.climb(centre);
   JudgedLog log_judged = search.judged(found.best.model);
   Tuning tuning;
-  const NoiseModel uneven = with_heights(found.best.model, found.best.evidence);
-  if (const auto more = static_cast<double>(different_heights(uneven, found.best.model)); more > 0) {
-    const double penalty = 0.5 * more * std::log(rows_of(found.best.evidence, ".position"));
-    NoiseFound apart = search.climb(uneven);
-    const double even = search.filtered(log_judged, found.best.model).evidence.likelihood;
-    if (search.filtered(log_judged, apart.best.model).evidence.likelihood - even > penalty) {
-      found = std::move(apart);
-      log_judged = search.judged(found.best.model);
-    }
-  }
-  const double positions = rows_of(found.best.evidence, "gnss[0].position");
-  const bool stated = std::any_of(centre.gnss.begin(), centre.gnss.end(), [](const auto& g) { return g.drift > 0; });
-  const bool is_white = !centre.gnss.empty() && centre.gnss.front().is_white;  // by the user's word
   // The gain of the most likely of these models, which becomes the one that was found if it is above the penalty.
   const auto gain_of = [&](const std::vector<NoiseModel>& models, double penalty) {
     const double before = search.filtered(log_judged, found.best.model).evidence.likelihood;
@@ -271,6 +260,12 @@ Tuning sought(const Log& log, const FilterOptions& options, const Start& start, 
     }
     return gain;
   };
+  const NoiseModel uneven = with_heights(found.best.model, found.best.evidence);
+  if (const auto more = static_cast<double>(different_heights(uneven, found.best.model)); more > 0)
+    gain_of({uneven}, 0.5 * more * std::log(rows_of(found.best.evidence, ".position")));
+  const double positions = rows_of(found.best.evidence, "gnss[0].position");
+  const bool stated = std::any_of(centre.gnss.begin(), centre.gnss.end(), [](const auto& g) { return g.drift > 0; });
+  const bool is_white = !centre.gnss.empty() && centre.gnss.front().is_white;  // by the user's word
   if (how.try_drift && !stated && !is_white && positions > 0) {
     tuning.drift_penalty = std::log(positions);  // two parameters
     tuning.drift_gain = gain_of(with_drifts(found.best.model), tuning.drift_penalty);

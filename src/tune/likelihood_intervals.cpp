@@ -10,7 +10,7 @@ namespace piste {
 namespace {
 
 constexpr int kRounds = 8;
-constexpr double kUndetermined = 1.2;                    // of the reach: hardly determined, and not looked at closely
+constexpr double kUndetermined = 2;                      // of the reach: hardly determined, and not looked at closely
 constexpr double kClose = 0.03;                          // of a 1-sigma
 constexpr double kLeastStretch = 0.3, kMostStretch = 3;  // of the reach, in a round
 

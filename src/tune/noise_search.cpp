@@ -22,8 +22,8 @@ constexpr int kMostRounds = 3, kMostSteps = 8;
 constexpr int kChords = 2;                     // steps by the differences of the one before
 constexpr double kCoarse = 0.3, kFine = 0.05;  // of logarithms, between the runs of a difference
 constexpr double kLongestStep = 1.2;           // of a logarithm
-constexpr double kArrived = 0.3;               // of the log-likelihood: by chance a value gains half of one
-constexpr double kNear = 2;                    // the same, where a rough answer will do
+constexpr double kArrived = 0.1;               // of the log-likelihood: by chance a value gains half of one
+constexpr double kNear = 1;                    // the same, where a rough answer will do
 constexpr double kNoGate = 1 - 1e-12;
 
 // The innovation of the same measurement in another run.
@@ -201,9 +201,10 @@ bool NoiseSearch::climb_once(const JudgedLog& log, NoiseFound& found, double apa
   std::vector<NoisePoint> around = filtered(log, models);
   Ascent ascent = this->ascent(found.knobs, found.best, around, apart);
   found.information = ascent.information;
+  ascent.hold(found.knobs, found.best.model);
   const bool is_rough = apart > kFine;
   for (int chord = 0; chord <= kChords; ++chord) {
-    if (ascent.gain() < enough) return is_rough || (chord > 0 && thorough_);
+    if (ascent.gain() < enough) return is_rough || chord > 0;
     const NoisePoint from = found.best;
     const double gain = step(log, found, ascent, std::exchange(around, {}));
     if (gain < enough) return is_rough || chord > 0;
@@ -215,29 +216,20 @@ bool NoiseSearch::climb_once(const JudgedLog& log, NoiseFound& found, double apa
 // Takes the most likely of some steps, and of the points `around`. Returns what it gains.
 double NoiseSearch::step(const JudgedLog& log, NoiseFound& found, const Ascent& ascent,
                          std::vector<NoisePoint> around) const {
-  const auto damped = [&](double damping) -> Eigen::VectorXd {
-    Eigen::MatrixXd information = ascent.information;
-    information.diagonal() *= 1 + damping;
-    return solve_symmetric(information, ascent.slope);
-  };
-  const auto within = [](const Eigen::VectorXd& by) -> Eigen::VectorXd {
-    return by * std::min(1.0, kLongestStep / by.cwiseAbs().maxCoeff());
-  };
-  const auto model = [&](const Eigen::VectorXd& by) { return moved(found.knobs, found.best.model, within(by)); };
+  const auto model = [&](const Eigen::VectorXd& by) { return moved(found.knobs, found.best.model, by); };
   const auto add = [&](std::vector<NoisePoint> more) { std::ranges::move(more, std::back_inserter(around)); };
   const auto best = [&] {
     return std::ranges::max_element(around, {}, [](const NoisePoint& point) { return point.value; });
   };
+  const Eigen::VectorXd first = ascent.step(kLongestStep);
+  const bool is_whole = ascent.step(std::numeric_limits<double>::infinity()) == first;
   // Sigmas that are far too large come down by a half of their logarithm only at a reach of 1.
-  const Eigen::VectorXd whole = damped(0);
-  const bool reaches_on = whole.cwiseAbs().maxCoeff() < kLongestStep;
-  add(filtered(log, std::vector{model(whole), model(reaches_on ? Eigen::VectorXd(2 * whole) : damped(1))}));
-  if (reaches_on) {
-    if (best() == around.end() - 1 && best()->value > found.best.value) {
-      add(filtered(log, std::vector{model(4 * whole)}));
-    } else if (!(best()->value > found.best.value)) {
-      add(filtered(log, std::vector{model(damped(1))}));
-    }
+  const Eigen::VectorXd second = is_whole ? 2 * first : ascent.step(kLongestStep / 4);
+  add(filtered(log, std::vector{model(first), model(second)}));
+  if (is_whole && best() == around.end() - 1 && best()->value > found.best.value) {
+    add(filtered(log, std::vector{model(4 * first)}));
+  } else if (is_whole && !(best()->value > found.best.value)) {
+    add(filtered(log, std::vector{model(first / 2)}));
   }
   const double gain = best()->value - found.best.value;
   if (gain > 0) found.best = std::move(*best());
@@ -276,6 +268,36 @@ std::vector<NoisePoint> NoiseSearch::climbed(const JudgedLog& log, const std::ve
   return from;
 }
 
+// The largest part of Newton's step is at most `most`: it is damped (Levenberg 1944), so that numbers that the data
+// determine go all the way where others would go too far.
+Eigen::VectorXd NoiseSearch::Ascent::step(double most) const {
+  const auto damped = [&](double damping) -> Eigen::VectorXd {
+    return solve_symmetric(information + damping * Eigen::MatrixXd::Identity(information.rows(), information.cols()),
+                           slope);
+  };
+  const auto is_long = [&](double damping) { return damped(damping).cwiseAbs().maxCoeff() > most; };
+  if (!is_long(0)) return damped(0);
+  double low = 0, high = slope.norm() / most;  // (A + μ 1)⁻¹ g is no longer than g / μ
+  for (int halving = 0; halving < 30; ++halving) {
+    const double middle = (low + high) / 2;
+    (is_long(middle) ? low : high) = middle;
+  }
+  return damped(high);
+}
+
+// A number at its limit, towards which the likelihood rises, stays there.
+void NoiseSearch::Ascent::hold(const std::vector<NoiseKnob>& knobs, const NoiseModel& model) {
+  const Eigen::VectorXd moves = logarithms(knobs, moved(knobs, model, slope)) - logarithms(knobs, model);
+  for (Eigen::Index i = 0; i < slope.size(); ++i) {
+    if (moves(i) != 0) continue;
+    slope(i) = 0;
+    changes.col(i).setZero();
+    information.row(i).setZero();
+    information.col(i).setZero();
+    information(i, i) = 1;
+  }
+}
+
 // Gradient and curvature `here`; of the points, each has one knob higher. The likelihood is taken to be a parabola of
 // that curvature between them.
 NoiseSearch::Ascent NoiseSearch::ascent(const std::vector<NoiseKnob>& knobs, const NoisePoint& here,
@@ -304,6 +326,7 @@ void NoiseSearch::carry(Ascent& ascent, const std::vector<NoiseKnob>& knobs, con
   const auto weight = [&](const NoisePoint& point) { return weights(ascent.innovations, point.evidence); };
   ascent.slope += ascent.changes.transpose() * (weight(to) - weight(from)) + prior_slope(knobs, to.model) -
                   prior_slope(knobs, from.model);
+  ascent.hold(knobs, to.model);
 }
 
 Eigen::VectorXd NoiseSearch::prior_slope(const std::vector<NoiseKnob>& knobs, const NoiseModel& model) const {

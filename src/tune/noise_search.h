@@ -83,6 +83,9 @@ class NoiseSearch {
 
     /// What a whole step gains where the likelihood is a parabola.
     double gain() const { return 0.5 * slope.dot(solve_symmetric(information, slope)); }
+    /// The step to the top of the parabola, none of its parts longer than `most`.
+    Eigen::VectorXd step(double most) const;
+    void hold(const std::vector<NoiseKnob>& knobs, const NoiseModel& model);
   };
   Ascent ascent(const std::vector<NoiseKnob>& knobs, const NoisePoint& here, const std::vector<NoisePoint>& around,
                 double apart) const;

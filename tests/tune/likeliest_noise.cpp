@@ -101,6 +101,29 @@ TEST(LikeliestNoise, IsTheOneThatWasSimulated) {
   }
 }
 
+// At the top no number alone gains anything either way, unless it is at its limit; and the way there is short.
+TEST(LikeliestNoise, ClimbsToTheTop) {
+  const WronglyTold told(7);
+  const NoiseModel centre = noise_model(told.c.options, told.log);
+  for (const bool thorough : {true, false}) {
+    const NoiseSearch search(told.log, told.c.options, told.start, centre, thorough, 2);
+    const NoiseFound found = search.climb(centre);
+    const std::size_t runs = search.runs();
+    const JudgedLog log = search.judged(found.best.model);
+    const auto n = static_cast<Eigen::Index>(found.knobs.size());
+    std::vector<NoiseModel> around{found.best.model};
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (const double by : {-0.1, 0.1})
+        around.push_back(moved(found.knobs, found.best.model, by * Eigen::VectorXd::Unit(n, i)));
+    }
+    const std::vector<NoisePoint> points = search.filtered(log, around);
+    for (std::size_t k = 1; k < points.size(); ++k) {
+      EXPECT_LT(points[k].value - points[0].value, thorough ? 0.1 : 1) << found.knobs[(k - 1) / 2].name;
+    }
+    EXPECT_LT(runs, thorough ? 85 : 58) << "with a run for each number in each step they were 89 and 63";
+  }
+}
+
 // The ends of an interval: half of the χ² quantile below the top, or where the samples leave no more room.
 TEST(LikeliestNoise, IntervalsEndWhereTheLikelihoodHasFallen) {
   const WronglyTold told(3);
