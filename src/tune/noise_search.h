@@ -61,8 +61,9 @@ class NoiseSearch {
   /// The maximum-likelihood noise near `from`, by Gauss and Newton in the logarithms: the gradient is a difference of
   /// the likelihood, and the curvature the information of Gaussian innovations z with sigmas σ, Σ (∂z ∂zᵀ/σ² + 2 ∂ln σ
   /// ∂ln σᵀ) over their rows, from the same runs (the method of scoring; Gupta and Mehra 1974). S counts in it as if it
-  /// were diagonal. Outliers and delays are sought anew when it has arrived, until they stay the same; outliers once,
-  /// unless it is thorough. Throws DataError if no noise that is tried lets the filter run.
+  /// were diagonal. The same changes carry the gradient along for two steps more. Outliers and delays are sought anew
+  /// when it has arrived, until they stay the same; outliers once, unless it is thorough. Throws DataError if no noise
+  /// that is tried lets the filter run.
   NoiseFound climb(const NoiseModel& from) const;
 
   /// The same with one knob `held` for each of some runs of `log`, by one step: what is likelier than the run, or the
