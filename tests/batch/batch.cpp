@@ -167,5 +167,33 @@ TEST(Batch, ThreadsDoNotChangeABit) {
   }
 }
 
+// Steps of Gauss and Newton alone do not settle from there: a trust region leads to where they do.
+TEST(Batch, FromFarOffItEndsWhereItAlwaysDoes) {
+  const SyntheticRun s = test::synthetic_run(20, {Block::kGyroBias, Block::kAccelBias, Block::kGyroScale});
+  const FilterRun run = run_filter(s.log, s.options, s.start);
+  FilterRun lost = run;
+  test::Random random(1);
+  Vector3d turn = random.vector(0.5), place = random.vector(30);
+  for (std::size_t i = 0; i < lost.solution.size(); ++i) {
+    Estimate x = lost.solution.estimate(i);
+    x.q_wb = so3_exp(turn) * x.q_wb;
+    x.p_wb += place;
+    x.v_wb += turn;
+    lost.solution.set(i, lost.solution.time(i), x, lost.solution.sigmas(i));
+    if (i % 50 != 0) continue;
+    turn = random.vector(0.5);
+    place = random.vector(30);
+  }
+  const auto solved = [&](const FilterRun& from) {
+    return run_batch(s.log, s.options, {s.start, "given"}, from, {.loss = BatchLoss::kSquared})->solution();
+  };
+  const Solution near = solved(run), far = solved(lost);
+  EXPECT_TRUE(far.batch->converged);
+  EXPECT_GT(far.batch->iterations, near.batch->iterations);
+  const Apart a = apart(far, near);
+  EXPECT_LT(a.values, 1e-3);
+  EXPECT_LT(a.sigmas, 1e-3);
+}
+
 }  // namespace
 }  // namespace piste

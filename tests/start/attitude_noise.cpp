@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <vector>
 
 #include "piste/condition/pipeline.h"
 #include "piste/math/units.h"
@@ -24,7 +25,8 @@ struct Mixture {
 
 /// What is measured of one short ski run with such a reference, its log and what is known of it changed before.
 AttitudeOptions measured(const Mixture& mixture, std::uint64_t seed = 1, const std::function<void(Log&)>& change = {},
-                         const std::function<void(AttitudeOptions&)>& know = {}) {
+                         const std::function<void(AttitudeOptions&)>& know = {},
+                         const std::vector<Block>& estimate = {}) {
   Scenario s = read_scenario(source_folder() + "/config/scenarios/ski.yaml");
   shorten(s, mixture.rest, 20, 0);
   s.imus.resize(1);
@@ -38,6 +40,8 @@ AttitudeOptions measured(const Mixture& mixture, std::uint64_t seed = 1, const s
   FilterOptions options;
   const Vector3d total = kDegree * (mixture.white.cwiseAbs2() + mixture.drift.cwiseAbs2()).cwiseSqrt();
   options.attitude.push_back({.name = "", .drift = GaussMarkov{total, 60}});
+  options.estimate = estimate;
+  options.priors.attitude_delay = 0.1;
   if (know) know(options.attitude.front());
   return with_white_part(options, log).attitude.front();
 }
@@ -97,6 +101,17 @@ TEST(WhitePart, ASourceWithoutDriftIsLeftAsItIs) {
                                          [](AttitudeOptions& options) { options.drift.reset(); });
   EXPECT_FALSE(found.drift);
   EXPECT_EQ(found.white, AttitudeOptions{}.white);
+}
+
+// With a reference that is late by a fifth of a second not even the mounting is found, unless its delay is estimated.
+TEST(WhitePart, ADelayThatIsEstimatedIsFoundFirst) {
+  const Mixture mixture{{0.02, 0.02, 0.02}, {0.02, 0.02, 0.04}};
+  const auto late = [](Log& log) {
+    for (AttitudeFix& fix : log.attitude[0]) fix.time += 0.2;
+  };
+  const Vector3d right = measured(mixture).white, found = measured(mixture, 1, late, {}, {Block::kAttitudeDelay}).white;
+  EXPECT_EQ(measured(mixture, 1, late).white, AttitudeOptions{}.white);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(found(axis) / right(axis), 1, 0.25) << axis;
 }
 
 TEST(WhitePart, AllOrATenth) {

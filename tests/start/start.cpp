@@ -166,5 +166,87 @@ TEST(Start, NothingIsKnownBeforeTheFirstFixOfABodyThatMoves) {
   EXPECT_EQ(start.time, s.log.gnss[0].front().time);
 }
 
+/// How far the start's attitude is from the truth [rad].
+double turned(const Start& start, const SyntheticRun& s) {
+  return truth_of(s, start.time).q_wb.angularDistance(start.x.q_wb);
+}
+
+TEST(Start, TakesTheHeadingOfTheReference) {
+  const InitialHeading reference{.source = Source::kAttitude};
+  for (const bool rest : {true, false}) {
+    SyntheticRun s = run_of(rest);
+    const FoundStart found = find_start(s.log, s.options, reference);
+    EXPECT_EQ(found.how, "heading at the start from the reference attitude");
+    EXPECT_LT(turned(found.start, s), 0.01);
+    expect_placed(found.start, s);
+
+    // Its first fix comes late: the gyroscopes carry it back, and the heading is less sure.
+    std::erase_if(s.log.attitude[0], [&](const AttitudeFix& f) { return f.time < found.start.time + 2.5; });
+    const FoundStart later = find_start(s.log, s.options, reference);
+    EXPECT_LT(turned(later.start, s), 0.02);
+    EXPECT_GT(later.start.covariance(8, 8), found.start.covariance(8, 8));
+
+    // The first source without fixes is passed over.
+    s.log.attitude.insert(s.log.attitude.begin(), std::vector<AttitudeFix>{});
+    s.options.attitude.insert(s.options.attitude.begin(), AttitudeOptions{.name = "", .drift = {}});
+    EXPECT_EQ(turned(find_start(s.log, s.options, reference).start, s), turned(later.start, s));
+  }
+}
+
+// All fixes are before the start, which waits for a receiver: the last one counts.
+TEST(Start, TakesTheLastAttitudeWhereNoneFollows) {
+  SyntheticRun s = run_of(false);
+  const double first = s.log.imu.front().time + 0.3;
+  std::erase_if(s.log.gnss[0], [&](const GnssFix& f) { return f.time < first; });
+  for (GnssFix& f : s.log.gnss[1]) f.time += 1000;
+  AttitudeFix last = s.log.attitude[0].front();
+  last.q_wr = truth_of(s, s.log.gnss[0].front().time).q_wb;
+  s.log.attitude[0] = {last};
+  const FoundStart found = find_start(s.log, s.options, {.source = Source::kAttitude});
+  EXPECT_GT(found.start.time, last.time);
+  EXPECT_LT(turned(found.start, s), 1e-6);
+}
+
+TEST(Start, FindsTheBoresightOfTheReferenceFromTheRatesOfBoth) {
+  SyntheticRun s = run_of(true);
+  s.options.estimate.push_back(Block::kBoresight);
+  const Quaterniond q_rb = from_euler({0.4, -1, 2});
+  for (AttitudeFix& f : s.log.attitude[0]) f.q_wr = f.q_wr * q_rb.conjugate();
+  const FoundStart found = find_start(s.log, s.options, {.source = Source::kAttitude});
+  EXPECT_TRUE(contains(found.how, ", through the boresight from the rates of both")) << found.how;
+  EXPECT_LT(turned(found.start, s), 0.02);
+}
+
+TEST(Start, TakesABoresightForSmallOnlyWhereGravityAgrees) {
+  SyntheticRun s = run_of(true);
+  s.options.estimate.push_back(Block::kBoresight);
+  // The reference is silent once the body moves.
+  std::erase_if(s.log.attitude[0], [&](const AttitudeFix& f) { return f.time > s.log.rest[0].end; });
+  const InitialHeading reference{.source = Source::kAttitude};
+  const FoundStart found = find_start(s.log, s.options, reference);
+  EXPECT_TRUE(contains(found.how, ", the boresight taken for small")) << found.how;
+  EXPECT_LT(turned(found.start, s), 0.01);
+  EXPECT_NEAR(std::sqrt(found.start.covariance(8, 8)), 3 * s.options.priors.boresight,
+              0.3 * s.options.priors.boresight);
+  const Quaterniond q_rb = from_euler({60 * kDegree, 0, 0});
+  for (AttitudeFix& f : s.log.attitude[0]) f.q_wr = f.q_wr * q_rb.conjugate();
+  const std::string refused = message_of<DataError>([&] { find_start(s.log, s.options, reference); });
+  EXPECT_TRUE(contains(refused, "gravity says that it sits some 59 deg off the reference")) << refused;
+}
+
+TEST(Start, TakesTheLastFieldWhereNoneFollows) {
+  SyntheticRun s = run_of(false);
+  const double first = s.log.imu.front().time + 0.3;
+  for (auto& fixes : s.log.gnss) std::erase_if(fixes, [&](const GnssFix& f) { return f.time < first; });
+  const double begin = s.log.gnss[0].front().time;
+  MagneticSample last = s.log.magnetic.front();
+  last.time = begin - 0.1;
+  last.field = truth_of(s, begin).q_wb.conjugate() * last.earth;
+  s.log.magnetic = {last};
+  const FoundStart found = find_start(s.log, s.options, {.source = Source::kMagnetometer, .sigma = 0.02});
+  EXPECT_EQ(found.how, "heading at the start from the magnetometer");
+  EXPECT_NEAR(to_euler(found.start.x.q_wb).z(), to_euler(truth_of(s, begin).q_wb).z(), 0.3) << "by its level";
+}
+
 }  // namespace
 }  // namespace piste
