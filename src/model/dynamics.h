@@ -29,8 +29,8 @@ struct StepNoise {
 
 /// The quantities in the equations above, at the middle of one step: its transition follows from them.
 struct ErrorStep {
-  double dt = 0;  ///< 0: not a step, but mend_rate()
-  Quaterniond q_wb = Quaterniond::Identity();
+  double dt;  ///< 0: not a step, but mend_rate()
+  Quaterniond q_wb;
   Vector3d v_wb, rate, force;        ///< v̂; ω and f as the scale errors multiply them
   Vector3d gyro_scale, accel_scale;  ///< s
   struct Around {
