@@ -152,6 +152,40 @@ TEST(Delays, OfOneReceiverAreThoseOfAll) {
   EXPECT_EQ(drifted.by_clock_drift, -200);
 }
 
+// The same uncertainty of a delay, as one of its own, as one by the drift of the IMU's clock since long ago, or half
+// of each: fixes are compared with the same, and so believed the same, whatever they have told of it before.
+TEST(Delays, AreAsUncertainAsTheirPartsTogether) {
+  constexpr double kUnsure = 0.2, kLongAgo = 1e5;  // s
+  struct Part {
+    std::vector<Block> blocks;
+    double own, by_drift;
+  };
+  std::vector<std::vector<Innovation>> all;
+  for (const Part& part : {Part{{Block::kGnssDelay}, kUnsure, 0}, Part{{Block::kClockDrift}, 0, kUnsure},
+                           Part{{Block::kGnssDelay, Block::kClockDrift}, 0.6 * kUnsure, 0.8 * kUnsure}}) {
+    SyntheticRun s = synthetic_run(8, part.blocks);
+    s.log.attitude[0].clear();  // whose delay is another one
+    s.log.magnetic.clear();
+    s.options.priors.gnss_delay = part.own;
+    s.options.priors.clock_drift = part.by_drift / kLongAgo;
+    s.options.clock_from = s.start.time - kLongAgo;
+    all.push_back(run_filter(s.log, s.options, s.start).solution.innovations);
+  }
+  double without = 0;
+  for (std::size_t i = 0; i < all[0].size(); ++i) {
+    const Innovation& own = all[0][i];
+    for (const auto& others : {all[1], all[2]}) {
+      ASSERT_EQ(others.size(), all[0].size());
+      EXPECT_EQ(others[i].source, own.source);
+      // The drift acts over a time that grows by a ten thousandth.
+      EXPECT_LT((others[i].residual - own.residual).cwiseQuotient(own.sigma).norm(), 0.01) << own.time;
+      EXPECT_LT((others[i].sigma - own.sigma).cwiseQuotient(own.sigma).norm(), 0.001) << own.time;
+    }
+    without = std::max(without, own.sigma.norm());
+  }
+  EXPECT_GT(without, 0.5) << "the delay counts";
+}
+
 // A body with 2 g and 1 rad/s, carried back over 80 ms.
 TEST(Delays, APositionIsCarriedBackToAMillimetre) {
   const World world({0.8, 0.1, 500});

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "piste/core/error.h"
 #include "piste/filter/run.h"
@@ -235,6 +238,73 @@ TEST(Filter, FollowsTheMotionByHorizontalVelocity) {
     ++velocities;
   }
   EXPECT_GT(velocities, 10u);
+}
+
+// The last sample is not filtered yet; the prediction is where it leads.
+TEST(Filter, PredictsToTheNewestSample) {
+  const SyntheticRun s = test::synthetic_run(4, {Block::kGyroBias, Block::kAccelBias});
+  Filter filter(s.options, s.log.world, s.start);
+  expect_same(filter.predicted(), filter.estimate());
+  for (const ImuSample& sample : s.log.imu) filter.add(sample);
+  const Estimate predicted = filter.predicted();
+  EXPECT_GT((predicted.p_wb - filter.estimate().p_wb).norm(), 0.01);
+  filter.finish();
+  EXPECT_LT(boxminus(predicted, filter.estimate()).head<9>().cwiseAbs().maxCoeff(), 1e-4);
+}
+
+// What stands still may well repeat its fix; what moves cannot. It is reported once for position and velocity.
+TEST(Filter, ARepeatedFixIsLeftOutWhileTheBodyMoves) {
+  SyntheticRun s = test::synthetic_run(6, {Block::kGyroBias, Block::kAccelBias});
+  s.log.gnss[1].clear();
+  auto& fixes = s.log.gnss[0];
+  for (std::size_t i = 1; i < fixes.size(); ++i) {
+    if (i % 10 == 0)
+      fixes[i] = {fixes[i].time, fixes[i - 1].position, fixes[i - 1].sigma_position, fixes[i - 1].velocity};
+  }
+  const FilterRun run = run_filter(s.log, s.options, s.start);
+  std::size_t repeated = 0;
+  for (const Innovation& v : run.solution.innovations) {
+    if (v.outcome != Outcome::kRepeated) continue;
+    ++repeated;
+    EXPECT_EQ(run.solution.sources[static_cast<std::size_t>(v.source)], "gnss[0].position");
+    EXPECT_FALSE(s.log.rest[0].contains(v.time)) << v.time;
+  }
+  EXPECT_EQ(repeated, 3U) << "at 3, 4 and 5 s; it moves off at 2 s";
+}
+
+// A receiver that states other sigmas than before may have another slow error: as much of its variance as may have
+// changed is unknown again, and never more than was unknown at first.
+TEST(Filter, ASlowErrorIsForgottenWhereItMayHaveChanged) {
+  const Block block = position_drift_block(0, true);
+  const auto sigma_after = [&](const Vector3d& change, std::optional<PositionDrift> drift) {
+    SyntheticRun s = test::synthetic_run(6, {});
+    s.log.attitude[0].clear();
+    s.options.gnss[0].drift = std::move(drift);
+    s.options.estimate = {block};
+    for (GnssFix& fix : s.log.gnss[0]) fix.sigma_position *= 20;  // so that the slow part is known from the other one
+    s.log.gnss[0].back().slow_change = change;
+    const FilterRun run = run_filter(s.log, s.options, s.start);
+    return Vector3d(run.solution.sigmas(run.solution.size() - 1).blocks.segment<3>(full_offset(block)));
+  };
+  const auto share = PositionDrift::of_share(Vector3d::Constant(0.7), 1000);
+  const Vector3d before = sigma_after(Vector3d::Zero(), share);
+  EXPECT_LT(before.maxCoeff(), 0.5);
+  const Vector3d more = sigma_after(Vector3d(0.2, 0, 0), share), all = sigma_after(Vector3d(50, 50, 50), share);
+  EXPECT_GT(more.x(), before.x() * 1.02);
+  EXPECT_NEAR(more.y() / before.y(), 1, 0.01);
+  EXPECT_GT(all.x(), more.x());
+  EXPECT_LE(all.maxCoeff(), 0.7 + 1e-9);
+}
+
+TEST(Filter, SaysWhenItDiverges) {
+  SyntheticRun s = test::synthetic_run(2, {});
+  s.start.x.p_wb = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  try {
+    run_filter(s.log, s.options, s.start);
+    FAIL() << "nothing was thrown";
+  } catch (const DataError& e) {
+    EXPECT_TRUE(std::string(e.what()).find("the filter diverged at gnss[") != std::string::npos) << e.what();
+  }
 }
 
 }  // namespace
