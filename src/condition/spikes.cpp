@@ -42,9 +42,9 @@ class SpikeSearch {
     return {first * last > 0 ? least : 0, most};
   }
 
-  // Whether rows row − 1 to row + count are there, with nothing missing between them.
+  // Whether rows row − 1 to row + count are there, with nothing missing between them. @pre row > 0
   bool whole(std::size_t row, std::size_t count) const {
-    if (row == 0 || row + count >= value_.size()) return false;
+    if (row + count >= value_.size()) return false;
     const auto gap = std::ranges::lower_bound(gaps_.after, row);
     return gap == gaps_.after.end() || *gap > row + count;
   }

@@ -129,9 +129,8 @@ FaultDetection::Ruling FaultDetection::rule(int source, double time, const Linea
   } else if (s.jumped()) {
     believed = jumps_add_up_to_none(s, time, lin, u, bound, x, P) && inside;
   }
-  if (s.dispute == Dispute::kSlightJump) {
-    const Source* const partner = partner_of(s);
-    if (u.residual.norm() >= options_.slight || (partner && partner->dispute == Dispute::kJump)) {
+  if (s.dispute == Dispute::kSlightJump) {  // only of a source with a partner
+    if (u.residual.norm() >= options_.slight || partner_of(s)->dispute == Dispute::kJump) {
       s.dispute = Dispute::kJump;
     } else {
       believed = inside;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "support/random.h"
 
@@ -121,6 +122,50 @@ TEST(RampFaults, AreLeftToTheFilterWhereTheyDoNotReturnOrLeap) {
   EXPECT_TRUE(found_in(fixes).empty()) << "no velocities";
   std::vector<GnssFix> none;
   EXPECT_TRUE(found_in(none).empty());
+}
+
+// Fixes that are repeated, velocities without down and an outage before it do not hide it.
+TEST(RampFaults, AreSeenInReceiversOfEveryKind) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto whole = [] {
+    auto fixes = descent({}, 1);
+    run_away(fixes, 0.3);
+    return fixes;
+  };
+  auto fixes = whole();
+  for (std::size_t i = 1; i < fixes.size(); i += 3) {
+    fixes[i].position = fixes[i - 1].position;
+    fixes[i].velocity = fixes[i - 1].velocity;
+  }
+  ASSERT_EQ(found_in(fixes).size(), 1u) << "repeated";
+  fixes = whole();
+  for (GnssFix& f : fixes)
+    f.velocity = FixVelocity{{f.velocity->value.x(), f.velocity->value.y(), 0}, {0.03, 0.03, kInfinity}};
+  ASSERT_EQ(found_in(fixes).size(), 1u) << "without down";
+  for (const bool silent : {true, false}) {
+    fixes = whole();
+    // It begins two seconds after fixes or velocities are there again: before that nobody knows.
+    const auto out = [](const GnssFix& f) { return f.time > 1000 + kBegin - 12 && f.time < 1000 + kBegin - 2; };
+    if (silent) std::erase_if(fixes, out);
+    for (GnssFix& f : fixes) {
+      if (out(f)) f.velocity.reset();
+    }
+    const auto found = found_in(fixes);
+    ASSERT_EQ(found.size(), 1u) << silent;
+    EXPECT_GT(found[0].span.start, 1000 + kBegin - 2);
+    EXPECT_LT(found[0].span.start, 1000 + kBegin + 1);
+  }
+}
+
+// Positions that do not return for as long as a receiver is distrusted are left to the filter, which believes them
+// then.
+TEST(RampFaults, AreNotWaitedForLongerThanAReceiverIsDistrusted) {
+  auto fixes = descent({}, 1);
+  run_away(fixes, 0.3);
+  EXPECT_TRUE(exclude_ramp_faults(fixes, {.distrust = 0.5 * kLength}, kHere).empty());
+  EXPECT_EQ(exclude_ramp_faults(fixes, {.distrust = 1.2 * kLength}, kHere).size(), 1u);
+  std::erase_if(fixes, [](const GnssFix& f) { return f.time > 1000 + kBegin + kLength - 1; });
+  EXPECT_TRUE(found_in(fixes).empty()) << "the log ends before it returns";
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 #include "piste/condition/pipeline.h"
 #include "piste/io/log_io.h"
@@ -123,6 +125,27 @@ TEST(Spikes, BesideAGapAreNotJudged) {
   gap.gyro[900].x() += 20;
   for (std::size_t i = 903; i < 2000; ++i) gap.time[i] += 0.5;
   EXPECT_EQ(conditioned(gap).counts.imu_spikes, 0u);
+}
+
+// Where the motion around is known on one side or near the ends of the log, that is enough; two rows are not.
+TEST(Spikes, NeedSomeRowsOnEitherSide) {
+  const SpikeOptions options;
+  for (const auto& [row, is_one] : {std::pair{std::size_t{900}, true},
+                                    {options.fewest + 1, true},
+                                    {std::size_t{2}, false},
+                                    {1999 - options.fewest - 1, true},
+                                    {std::size_t{1997}, false},
+                                    {std::size_t{1999}, false}}) {
+    ImuRecording spoilt = turns();
+    spoilt.gyro[row].x() += 20;
+    EXPECT_EQ(conditioned(spoilt).counts.imu_spikes, is_one ? 1u : 0u) << row;
+  }
+  for (const std::size_t after : {20u, 3u}) {  // rows between a gap and the spike
+    ImuRecording gap = turns();
+    gap.gyro[900].x() += 20;
+    for (std::size_t i = 900 - after; i < 2000; ++i) gap.time[i] += 0.5;
+    EXPECT_EQ(conditioned(gap).counts.imu_spikes, after > options.fewest ? 1u : 0u) << after;
+  }
 }
 
 TEST(Spikes, TheShippedRunHasNone) {

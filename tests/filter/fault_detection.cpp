@@ -58,6 +58,25 @@ TEST(FaultDetection, WhatLiesWithinTheGateIsUsed) {
   EXPECT_EQ(f.fix(kPosition, 13.1, 0).lapse, 3);
 }
 
+// What somebody else has found to be wrong is compared, and never used, however long it lasts.
+TEST(FaultDetection, WhatIsExcludedIsNotUsed) {
+  Fixes f;
+  f.fix(kPosition, 10, 0);
+  Linearization lin;
+  lin.observes = Block::kPosition;
+  lin.excluded = true;
+  Update u;
+  u.residual.setZero();
+  u.S = u.R = Matrix3d::Identity();
+  for (int i = 1; i < 100; ++i) {
+    u.nis = i % 2 == 0 ? 1 : 100;
+    const FaultDetection::Ruling ruling = f.trust.rule(kPosition, 10 + i, lin, u, kBound, {}, f.P);
+    EXPECT_EQ(ruling.outcome, i % 2 == 0 ? Outcome::kDisputed : Outcome::kRejected);
+    EXPECT_EQ(ruling.lapse, i);
+  }
+  EXPECT_EQ(f.outcome(kPosition, 110, 0), Outcome::kUsed) << "and it leaves no suspicion";
+}
+
 TEST(FaultDetection, AFilterThatWasNeverRightGivesWayAfterFive) {
   for (const int source : {kPosition, kVelocity, kAttitude}) {
     Fixes f;

@@ -95,6 +95,28 @@ TEST(WhitePart, OutliersAndClippedSamplesAreLeftOut) {
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(spoilt.white(axis) / clean(axis), 1, 0.15) << axis;
 }
 
+// Local level is that of the receiver's fixes, and of the origin where there are none: a run is small.
+TEST(WhitePart, NeedsNoFixOfAReceiverEverywhere) {
+  const Mixture mixture{{0.01, 0.01, 0.03}, {0.03, 0.03, 0.02}};
+  const Vector3d whole = measured(mixture).white;
+  const Vector3d half = measured(mixture, 1, [](Log& log) { log.gnss[0].resize(log.gnss[0].size() / 2); }).white;
+  const Vector3d none = measured(mixture, 1, [](Log& log) { log.gnss[0].clear(); }).white;
+  EXPECT_LT((half - whole).norm(), 1e-3);
+  EXPECT_LT((none - whole).norm(), 1e-3);
+}
+
+TEST(WhitePart, FixesFarApartTellNothing) {
+  const auto rare = [](Log& log) {
+    double next = 0;
+    std::erase_if(log.attitude[0], [&](const AttitudeFix& f) {
+      if (f.time < next) return true;
+      next = f.time + 1.5;
+      return false;
+    });
+  };
+  EXPECT_EQ(measured({{0.05, 0.05, 0.05}, {0.01, 0.01, 0.01}, 400}, 1, rare).white, AttitudeOptions{}.white);
+}
+
 // White by what the configuration says: nothing is to be measured, and nothing changed.
 TEST(WhitePart, ASourceWithoutDriftIsLeftAsItIs) {
   const AttitudeOptions found = measured({{0.05, 0.05, 0.05}, {0.05, 0.05, 0.05}}, 1, {},
