@@ -248,5 +248,68 @@ TEST(Start, TakesTheLastFieldWhereNoneFollows) {
   EXPECT_NEAR(to_euler(found.start.x.q_wb).z(), to_euler(truth_of(s, begin).q_wb).z(), 0.3) << "by its level";
 }
 
+/// The run of a body without another source of its attitude.
+SyntheticRun lone_run_of(bool rest) {
+  SyntheticRun s = run_of(rest);
+  s.log.attitude[0].clear();
+  s.log.magnetic.clear();
+  return s;
+}
+
+/// A run until `seconds` after its begin.
+SyntheticRun cut(SyntheticRun s, double seconds) {
+  const double end = s.start.time + seconds + 1e-6;
+  std::erase_if(s.log.imu, [&](const ImuSample& i) { return i.time > end; });
+  for (auto& fixes : s.log.gnss) std::erase_if(fixes, [&](const GnssFix& f) { return f.time > end; });
+  return s;
+}
+
+double heading_error(const Start& start, const SyntheticRun& s) {
+  return std::abs(so3_log(truth_of(s, start.time).q_wb * start.x.q_wb.conjugate()).z());
+}
+
+TEST(Start, FindsTheHeadingFromTheMotion) {
+  for (const bool rest : {true, false}) {
+    const SyntheticRun s = lone_run_of(rest);
+    const FoundStart found = find_start(s.log, s.options, {});
+    EXPECT_TRUE(contains(found.how, "from the motion until t = ")) << found.how;
+    ASSERT_TRUE(found.aligned);
+    const double sigma = std::sqrt(found.start.covariance(8, 8));
+    EXPECT_LT(heading_error(found.start, s), 4 * sigma);
+    EXPECT_LT(sigma, 0.3);
+    EXPECT_EQ(found.start.time, rest ? s.start.time : s.log.gnss[0].front().time);
+  }
+}
+
+TEST(Start, SaysThatTheMotionDoesNotTellTheHeading) {
+  const SyntheticRun still = cut(lone_run_of(true), 2);
+  EXPECT_TRUE(contains(message_of<DataError>([&] { find_start(still.log, still.options, {}); }),
+                       "the body does not leave its place while GNSS is there"));
+}
+
+// By coarse positions alone, on a walk that is short beside what they state in all directions.
+TEST(Start, FindsTheHeadingByCoarsePositions) {
+  SyntheticRun s = cut(lone_run_of(true), 5);
+  for (auto& fixes : s.log.gnss) {
+    for (GnssFix& f : fixes) {
+      f.velocity.reset();
+      f.sigma_position.setConstant(3);
+    }
+  }
+  const FoundStart found = find_start(s.log, s.options, {});
+  ASSERT_TRUE(found.aligned) << found.how;
+  EXPECT_LT(heading_error(found.start, s), 0.3);
+  EXPECT_EQ(found.start.time, s.start.time) << "that of the rest before it";
+}
+
+TEST(Start, SaysThatTheFilterDivergesWithEveryHeading) {
+  SyntheticRun s = lone_run_of(true);
+  for (ImuSample& i : s.log.imu) {
+    if (i.time > s.start.time + 2.05) i.dvel *= 1e160;
+  }
+  EXPECT_TRUE(contains(message_of<DataError>([&] { find_start(s.log, s.options, {}); }),
+                       "the filter diverges with every heading"));
+}
+
 }  // namespace
 }  // namespace piste

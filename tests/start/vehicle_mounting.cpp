@@ -143,6 +143,15 @@ TEST(VehicleMounting, SaysThatTheDrivingIsTooLittle) {
                        "the log has too little driving faster than 5 m/s"));
 }
 
+// Straight on at one speed a body may look anywhere.
+TEST(VehicleMounting, OfAStraightDriveNotEvenTheHeadingIsFound) {
+  const Drive d(attitude_on(45 * kDegree), kNorthEast, 20, [](double) { return 8; });
+  const FoundStart found = find_start(d.log, d.options, {});
+  EXPECT_FALSE(found.aligned);
+  EXPECT_TRUE(contains(found.how, "the motion does not determine the heading at the start")) << found.how;
+  EXPECT_GT(std::sqrt(found.start.covariance(8, 8)), 60 * kDegree);
+}
+
 // The heading is found without the vehicle, and what the vehicle states goes into the start.
 TEST(VehicleMounting, IsNotNeededForTheStart) {
   Drive d(attitude_on(45 * kDegree), kNorthEast, 20, [](double) { return 8; });
