@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <tuple>
 
 namespace piste {
 namespace {
@@ -78,6 +79,36 @@ TEST(CalendarTime, IsTheInverseOfGpsTime) {
         EXPECT_NEAR((back.week - week) * 604800.0 + back.seconds - seconds, 0, 1e-6);
       }
     }
+  }
+}
+
+TEST(CalendarTime, AWeekMayCountInAnotherSystem) {
+  // Half a second past noon of a Wednesday, in UTC and in Japan, which is nine hours ahead.
+  const GpsTime utc = gps_time({2200, 302400.5}, TimeSystem::kUtc),
+                japan = gps_time({2200, 302400.5}, TimeSystem::kJapan);
+  EXPECT_EQ(utc.week, 2200);
+  EXPECT_EQ(utc.seconds, 302418.5);
+  EXPECT_EQ(japan.seconds, 302418.5 - 9 * 3600);
+  EXPECT_EQ(gps_time({2200, 302400.5}, TimeSystem::kGps).seconds, 302400.5);
+  EXPECT_EQ(utc_text(utc), "2022-03-09T12:00:00.500000Z");
+  // The first hour of a week in Japan is of the week before.
+  EXPECT_EQ(gps_time({2200, 3600}, TimeSystem::kJapan).week, 2199);
+}
+
+TEST(CalendarTime, NoDayIsMadeUp) {
+  EXPECT_TRUE(day_of(2022, 3, 9));
+  EXPECT_TRUE(day_of(1980, 1, 6));
+  for (const auto& [year, month, day] : {std::tuple{1980., 1., 5.},
+                                         {1979., 3., 9.},
+                                         {10000., 3., 9.},
+                                         {2022.5, 3., 9.},
+                                         {2022., 0., 9.},
+                                         {2022., 13., 9.},
+                                         {2022., 3., 0.},
+                                         {2022., 3., 32.},
+                                         {2022., 3., 9.5},
+                                         {2022., 2., 29.}}) {
+    EXPECT_FALSE(day_of(year, month, day)) << year << " " << month << " " << day;
   }
 }
 

@@ -131,5 +131,23 @@ TEST(Units, TextRoundTrip) {
   }
 }
 
+TEST(Units, PartsStandInParentheses) {
+  EXPECT_DOUBLE_EQ(unit_factor("deg/(s*sqrt(Hz))", dimension::kGyroNoise), kDegree);
+  EXPECT_DOUBLE_EQ(unit_factor("m/(s^2)", dimension::kAcceleration), 1);
+  EXPECT_DOUBLE_EQ(unit_factor("deg s^-1", dimension::kAngularRate), kDegree);
+  EXPECT_DOUBLE_EQ(unit_factor("deg.s^-1", dimension::kAngularRate), kDegree);
+  EXPECT_THROW(unit_factor("m/(s^2", dimension::kAcceleration), std::invalid_argument);
+  EXPECT_THROW(unit_factor("(((((m)))))", dimension::kLength), std::invalid_argument);
+}
+
+TEST(Units, AUnitMeasuresItsDimensionAlone) {
+  EXPECT_TRUE(measures("deg/s", dimension::kAngularRate));
+  EXPECT_FALSE(measures("deg/s", dimension::kAngle));
+  EXPECT_FALSE(measures("furlong", dimension::kLength));
+  EXPECT_FALSE(measures("", dimension::kRatio)) << "no unit";
+  EXPECT_DOUBLE_EQ(unit_factor("G", dimension::kAcceleration), kStandardGravity);
+  EXPECT_DOUBLE_EQ(unit_factor("G", dimension::kMagneticField), 1e-4);
+}
+
 }  // namespace
 }  // namespace piste
