@@ -1,4 +1,4 @@
-// The two parts of a batch's unknowns: what is stored is what is loaded, and errors are those of the whole run.
+// The two parts of a batch's unknowns: what is stored is what is loaded, and errors are the whole run's.
 
 #include "batch/layout.h"
 

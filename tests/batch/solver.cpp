@@ -79,7 +79,7 @@ TEST(TrustRegion, LeadsFromFarOffToTheMinimum) {
     EXPECT_TRUE(refined.settled);
     for (std::size_t i = 0; i < far.size(); ++i) {
       EXPECT_LT(boxminus(far[i], near[i]).cwiseAbs().maxCoeff(), 1e-5) << i;
-      EXPECT_TRUE(laid.layout.constant.select(boxminus(far[i], far[0])).isZero(0)) << "the constants are those of all";
+      EXPECT_TRUE(laid.layout.constant.select(boxminus(far[i], far[0])).isZero(0)) << "all share the constants";
     }
   }
 }

@@ -287,7 +287,7 @@ TEST(Start, SaysThatTheMotionDoesNotTellTheHeading) {
                        "the body does not leave its place while GNSS is there"));
 }
 
-// By coarse positions alone, on a walk that is short beside what they state in all directions.
+// By coarse positions alone, on a walk that is shorter than what they state in all directions.
 TEST(Start, FindsTheHeadingByCoarsePositions) {
   SyntheticRun s = cut(lone_run_of(true), 5);
   for (auto& fixes : s.log.gnss) {
