@@ -187,6 +187,40 @@ void mark(std::vector<bool>& rest, std::size_t first, std::size_t count) {
   std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(first), count, true);
 }
 
+// Cuts from the ends of each run of cells at rest what no receiver has confirmed and where the mean force of a window
+// is not that of the rest. A car that rolls off at a constant thrust is as quiet as before: only its mean force shows
+// it. No more than `halved` is cut: who stands for longer with another force has leant.
+void cut_departures(std::vector<bool>& rest, const std::vector<std::optional<Quietness>>& quiet,
+                    const std::vector<Verdict>& verdicts, const RestOptions& options) {
+  const std::size_t window = options.window, most = static_cast<std::size_t>(options.halved / options.cell);
+  for (std::size_t i = 0; i < rest.size();) {
+    std::size_t j = i;
+    while (j < rest.size() && rest[j]) ++j;
+    if (j >= i + 2 * window) {  // its windows begin at i to j − window; in a shorter one nothing tells what is at rest
+      std::vector<Vector3d> forces;
+      for (std::size_t k = i; k + window <= j; ++k) {
+        if (quiet[k]) forces.push_back(quiet[k]->mean_force);
+      }
+      Vector3d middle, bound;
+      for (int axis = 0; axis < 3; ++axis) {
+        std::vector<double> values;
+        for (const Vector3d& force : forces) values.push_back(force[axis]);
+        middle[axis] = quantile(values, 0.5);
+        for (double& value : values) value = std::abs(value - middle[axis]);
+        bound[axis] = options.force_quiet + options.as_quiet * kSigmaOverMedian * quantile(values, 0.5);
+      }
+      const auto departs = [&](std::size_t k) {
+        return verdicts[k] == Verdict::kUnknown && quiet[k] &&
+               ((quiet[k]->mean_force - middle).cwiseAbs().array() > bound.array()).any();
+      };
+      std::size_t first = i, last = j;
+      while (first < i + most && first + window < last && departs(first)) rest[first++] = false;
+      while (last + most > j && first + window < last && departs(last - window)) rest[--last] = false;
+    }
+    i = std::max(j, i + 1);
+  }
+}
+
 // Whether a receiver shows that the body left its place within a claimed rest: its last positions there are further
 // from the first than their sigmas and a sway allow.
 bool leaves_its_place(const Log& log, const Interval& rest, const RestOptions& options) {
@@ -258,6 +292,7 @@ std::vector<Interval> detect_rest(const Log& log, const RestOptions& options) {
     if (quiet[i]->force > (alone ? bounds.force_alone : bounds.force)) continue;
     mark(rest, i, window);
   }
+  cut_departures(rest, quiet, verdicts, options);
   return confirmed(log, intervals_of(rest, cells, log.imu.back().time, options), options);
 }
 

@@ -261,6 +261,30 @@ TEST(Condition, AVelocityWithoutDownTellsRestFromMotion) {
   EXPECT_EQ(detect_rest(condition(r, {})).size(), 1u);
 }
 
+// A car with its engine running stands until 1025 s and rolls off, as quiet as before; from 1027 s on the road shakes
+// it. Fixes that show rest end at `last_fix`.
+double end_of_rest(double last_fix) {
+  Recording r = recording(3500);
+  for (std::size_t i = 0; i < r.imu.time.size(); ++i) {
+    const double time = r.imu.time[i], shaken = time > 1027 ? 3 : 0.3;
+    r.imu.gyro[i] = Vector3d(i % 2 ? shaken : -shaken, 0, 0);
+    r.imu.accel[i] = kForce + Vector3d(time > 1025 ? 0.4 : 0, i % 2 ? shaken : -shaken, 0);
+  }
+  std::erase_if(r.gnss[0].fixes, [&](const GeodeticFix& fix) { return fix.time > last_fix; });
+  for (GeodeticFix& fix : r.gnss[0].fixes) {
+    fix.position = r.gnss[0].fixes.front().position;
+    fix.velocity->value.setZero();
+  }
+  const std::vector<Interval> rest = detect_rest(condition(r, {}));
+  EXPECT_EQ(rest.size(), 1u);
+  return rest.empty() ? 0 : rest[0].end;
+}
+
+TEST(Condition, ASoftDepartureWithoutFixesEndsTheRest) {
+  EXPECT_NEAR(end_of_rest(1010), 1025, 0.5);
+  EXPECT_GT(end_of_rest(1028), 1026) << "fixes say that it stands: it has only tilted";
+}
+
 TEST(Condition, WhatCountsAsRestIsAnOption) {
   Recording r = recording(1000);
   for (auto& rate : r.imu.gyro) rate.setZero();

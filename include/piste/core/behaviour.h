@@ -77,7 +77,7 @@ struct RestOptions {
   double alone_factor = 1.5;
   double moving_quantile = 0.01;  ///< of motion: rest must be quieter than this, or is not separable
   double gyro_quiet = 0.03;       ///< rad/s, and
-  double force_quiet = 0.15;      ///< m/s²: rms of a standing person, for logs whose GNSS shows no rest
+  double force_quiet = 0.15;      ///< m/s²: rms of a standing person without rest by GNSS; how far its mean may move
   double turning = 0.02;          ///< rad/s: a larger mean rate of a reference IMU is no sway
 
   // Tests of detected rests over their whole length.
