@@ -63,7 +63,7 @@ def three(text):
 def load(file):
     """A configuration with its bases; files that it names count from its folder."""
     own = yaml.safe_load(file.read_text())
-    for part, key in (("imu", "file"), ("imu", "sensor"), ("gnss", "file")):
+    for part, key in (("imu", "file"), ("imu", "accel_file"), ("imu", "sensor"), ("gnss", "file")):
         section = own.get(part)
         section = section[0] if isinstance(section, list) else section
         if section and key in section:
@@ -77,6 +77,19 @@ def columns(file):
         return [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(rows)]
 
 
+def named(file):
+    """Columns of a phone's log by name, times in s: semicolons, a header with units, and lines before it."""
+    lines = [line.rstrip("; ").split(";") for line in file.read_text().splitlines() if line.count(";") > 1]
+    heads = [head.strip().removesuffix("]").split(" [") for head in lines[0]]
+    table = np.array(lines[1:], dtype=float)
+    return {name: table[:, k] * {"ns": 1e-9, "ms": 1e-3}.get(unit, 1) for k, (name, unit) in enumerate(heads)}
+
+
+def seconds_of_week(utc):
+    """GPS time of times since 1970, in the 18 leap seconds since 2017."""
+    return (utc - 315964800 + 18) % 604800
+
+
 def read_imu(section):
     """Rows (time, rate, force): means over the step before, forward, right and down."""
     axes = section.get("axes", "+x +y +z").split()
@@ -85,6 +98,11 @@ def read_imu(section):
         table = np.loadtxt(section["file"])
         step = np.diff(table[:, 0])[:, None]
         rows = zip(table[1:, 0], table[1:, 1:4] / step, table[1:, 4:7] / step)
+    elif section.get("format") == "columns":  # gyroscopes and accelerometers, each at their own times
+        gyro, accel, names = named(section["file"]), named(section["accel_file"]), section["columns"]
+        time, own = gyro[names["time"]["name"]], accel[names["accel"]["time"]["name"]]
+        force = np.column_stack([np.interp(time, own, accel[name]) for name in names["accel"]["names"]])
+        rows = zip(time - three(section["clock"]["offset"])[0], np.column_stack([gyro[name] for name in names["gyro"]["names"]]), force)
     else:
         table = columns(section["file"])
         unit, scale = ("deg_s", DEGREE) if "gyro_x_deg_s" in table[0] else ("rad_s", 1)
@@ -97,6 +115,11 @@ def read_fixes(section, outages):
     """Rows (time, latitude, longitude [rad], height, sigmas, velocity and its sigmas, or None)."""
     if section.get("format") == "kf_gins":
         table = np.loadtxt(section["file"])
+    elif section.get("format") == "columns":
+        log, names = named(section["file"]), {key: value["name"] for key, value in section["columns"].items()}
+        radius = log[names["horizontal_accuracy"]] / math.sqrt(-2 * math.log(1 - 0.68))  # of 68 %, to a sigma of one axis
+        table = np.column_stack([seconds_of_week(log[names["time"]]), *(log[names[key]] for key in ("latitude", "longitude", "height")),
+                                 radius, radius, log[names["vertical_accuracy"]]])
     else:
         names = COLUMNS[:4] + [f"sigma_{a}_m" for a in NED] + COLUMNS[4:7] + [f"sigma_velocity_{a}_m_s" for a in NED]
         table = np.array([[row.get(name, math.nan) for name in names] for row in columns(section["file"])])
