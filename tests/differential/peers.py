@@ -155,7 +155,7 @@ class Job:
             self.bias[name] = math.hypot(three(part["bias"])[0], sigma)
         summary = start / "summary.json"
         estimates = json.loads(summary.read_text())["estimates"] if summary.exists() else {}
-        self.lever_arm = np.array(estimates["lever_arm"]["value"]) if "lever_arm" in estimates else three(config["gnss"]["lever_arm"])
+        self.lever_arm = np.array(estimates["lever_arm"]["value"]) if "lever_arm" in estimates else three(config["gnss"].get("lever_arm", "0 m"))
         self.car = config.get("vehicle", {}).get("kind") == "car"
         self.steps = list(self._steps(read_imu(config["imu"]), read_fixes(config["gnss"], config.get("outages", []))))
 
