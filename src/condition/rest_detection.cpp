@@ -204,6 +204,7 @@ void cut_departures(std::vector<bool>& rest, const std::vector<std::optional<Qui
       Vector3d middle, bound;
       for (int axis = 0; axis < 3; ++axis) {
         std::vector<double> values;
+        values.reserve(forces.size());
         for (const Vector3d& force : forces) values.push_back(force[axis]);
         middle[axis] = quantile(values, 0.5);
         for (double& value : values) value = std::abs(value - middle[axis]);

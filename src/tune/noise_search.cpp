@@ -204,7 +204,8 @@ bool NoiseSearch::climb_once(const JudgedLog& log, NoiseFound& found, double apa
   ascent.hold(found.knobs, found.best.model);
   const bool is_rough = apart > kFine;
   for (int chord = 0; chord <= kChords; ++chord) {
-    if (ascent.gain() < enough) return is_rough || chord > 0;
+    const bool runs = std::isfinite(found.best.value);
+    if (runs && ascent.gain() < enough) return is_rough || chord > 0;
     const NoisePoint from = found.best;
     const double gain = step(log, found, ascent, std::exchange(around, {}));
     if (gain < enough) return is_rough || chord > 0;
@@ -256,9 +257,8 @@ std::vector<NoisePoint> NoiseSearch::climbed(const JudgedLog& log, const std::ve
   for (std::size_t k = 0; k < from.size(); ++k) {
     const auto first = around.begin() + static_cast<std::ptrdiff_t>(k * others);
     const Ascent here = ascent(free[k], from[k], {first, first + static_cast<std::ptrdiff_t>(others)}, kFine);
-    const Eigen::VectorXd by = solve_symmetric(here.information, here.slope);
-    const double shortened = std::min(1.0, kLongestStep / by.cwiseAbs().maxCoeff());
-    for (const double reach : kReaches) add(k, reach * shortened * by);
+    const Eigen::VectorXd by = here.step(kLongestStep);
+    for (const double reach : kReaches) add(k, reach * by);
   }
   const std::vector<NoisePoint> tried = filtered(log, models);
   for (std::size_t k = 0; k < tried.size(); ++k) {
