@@ -187,38 +187,39 @@ void mark(std::vector<bool>& rest, std::size_t first, std::size_t count) {
   std::fill_n(rest.begin() + static_cast<std::ptrdiff_t>(first), count, true);
 }
 
+// The mean force of a standstill, and how far that of a window may be from it along each axis.
+struct StandingForce {
+  Vector3d middle, bound;
+
+  StandingForce(const std::vector<Vector3d>& forces, const RestOptions& options) : middle(median_by_axis(forces)) {
+    std::vector<Vector3d> off;
+    off.reserve(forces.size());
+    for (const Vector3d& force : forces) off.emplace_back((force - middle).cwiseAbs());
+    bound = Vector3d::Constant(options.force_quiet) + options.as_quiet * kSigmaOverMedian * median_by_axis(off);
+  }
+  bool holds(const Vector3d& force) const { return ((force - middle).cwiseAbs().array() <= bound.array()).all(); }
+};
+
 // Cuts from the ends of each run of cells at rest what no receiver has confirmed and where the mean force of a window
 // is not that of the rest. A car that rolls off at a constant thrust is as quiet as before: only its mean force shows
 // it. No more than `halved` is cut: who stands for longer with another force has leant.
 void cut_departures(std::vector<bool>& rest, const std::vector<std::optional<Quietness>>& quiet,
                     const std::vector<Verdict>& verdicts, const RestOptions& options) {
   const std::size_t window = options.window, most = static_cast<std::size_t>(options.halved / options.cell);
-  for (std::size_t i = 0; i < rest.size();) {
-    std::size_t j = i;
-    while (j < rest.size() && rest[j]) ++j;
-    if (j >= i + 2 * window) {  // its windows begin at i to j − window; in a shorter one nothing tells what is at rest
-      std::vector<Vector3d> forces;
-      for (std::size_t k = i; k + window <= j; ++k) {
-        if (quiet[k]) forces.push_back(quiet[k]->mean_force);
-      }
-      Vector3d middle, bound;
-      for (int axis = 0; axis < 3; ++axis) {
-        std::vector<double> values;
-        values.reserve(forces.size());
-        for (const Vector3d& force : forces) values.push_back(force[axis]);
-        middle[axis] = quantile(values, 0.5);
-        for (double& value : values) value = std::abs(value - middle[axis]);
-        bound[axis] = options.force_quiet + options.as_quiet * kSigmaOverMedian * quantile(values, 0.5);
-      }
-      const auto departs = [&](std::size_t k) {
-        return verdicts[k] == Verdict::kUnknown && quiet[k] &&
-               ((quiet[k]->mean_force - middle).cwiseAbs().array() > bound.array()).any();
-      };
-      std::size_t first = i, last = j;
-      while (first < i + most && first + window < last && departs(first)) rest[first++] = false;
-      while (last + most > j && first + window < last && departs(last - window)) rest[--last] = false;
+  for (std::size_t i = 0, j = 0; i < rest.size(); i = std::max(j, i + 1)) {
+    for (j = i; j < rest.size() && rest[j];) ++j;
+    if (j < i + 2 * window) continue;  // both ends of so short a rest are all of it
+    std::vector<Vector3d> forces;      // of its windows, which begin at i to j − window
+    for (std::size_t k = i; k + window <= j; ++k) {
+      if (quiet[k]) forces.push_back(quiet[k]->mean_force);
     }
-    i = std::max(j, i + 1);
+    const StandingForce standing(forces, options);
+    const auto departs = [&](std::size_t k) {
+      return verdicts[k] == Verdict::kUnknown && quiet[k] && !standing.holds(quiet[k]->mean_force);
+    };
+    std::size_t first = i, last = j;
+    while (first < i + most && first + window < last && departs(first)) rest[first++] = false;
+    while (last + most > j && first + window < last && departs(last - window)) rest[--last] = false;
   }
 }
 

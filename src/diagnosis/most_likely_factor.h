@@ -7,8 +7,6 @@
 #include <limits>
 #include <map>
 
-#include "piste/math/statistics.h"
-
 namespace piste {
 
 inline constexpr double kFactorStep = 3;

@@ -37,11 +37,7 @@ FilterOptions options_of(const WholeLog& log, const Calibration& found) {
 }  // namespace
 
 ReplayOptions WholeLog::replayed(const Calibration& found) const {
-  ReplayOptions all{.conditioning = conditioning,
-                    .filter = options_of(*this, found),
-                    .longest = WholeLog::kLongest,
-                    .smoother = SmootherKind::kNone,
-                    .history = false};
+  ReplayOptions all{.conditioning = conditioning, .filter = options_of(*this, found)};
   all.conditioning.imu.clock_offset = found.clock_offset;
   all.conditioning.imu.clock_drift = found.clock_drift;
   return all;

@@ -23,7 +23,7 @@ struct WholeLog {
   bool drifts = find_clock;               ///< and the drift of the clock
   bool velocities = true;                 ///< those of the receiver are used
 
-  /// What the configuration gives `replay` of a calibration: of an hour at most, without smoother.
+  /// Conditioning and filter as the configuration has them with a calibration.
   ReplayOptions replayed(const Calibration& found) const;
   /// The log with the sigmas of positions and velocities that were found.
   Recording scaled(const Calibration& found) const;

@@ -20,12 +20,13 @@ namespace {
 
 // What −2 ln p of an outlier is: one fix in a hundred, anywhere within some 100 m, 10 m/s, or a radian. It does not
 // depend on what is granted, so that nothing is gained by smaller sigmas of what is rejected anyway.
-double cost_of_outlier(const std::string& source, int dof) {
+double cost_of_outlier(const Innovation& v, const std::vector<std::string>& sources) {
   constexpr double kPart = 0.01, kFar = 100, kFast = 10, kTurned = 1;
+  const std::string& source = sources[static_cast<std::size_t>(v.source)];
   const bool of_place = source.ends_with("position") || source == Barometer::kName,
              of_speed = source.ends_with("velocity") || source == Odometer::kName;
   const double spread = of_place ? kFar : of_speed ? kFast : kTurned;
-  return 2 * dof * std::log(spread) - 2 * std::log(kPart);
+  return 2 * v.dof * std::log(spread) - 2 * std::log(kPart);
 }
 
 // Without the errors of the IMU that innovations hardly show: with 5000 ppm between the axes the mean NIS stays within
@@ -39,19 +40,15 @@ FilterOptions without_unseen(FilterOptions options) {
   return options;
 }
 
-double most_cost(const Innovation& v, const std::vector<std::string>& sources) {
-  return cost_of_outlier(sources[static_cast<std::size_t>(v.source)], v.dof);
-}
-
 // −2 ln p of an innovation.
 double cost(const Innovation& v, const std::vector<std::string>& sources) {
-  return std::min(v.nis + v.log_determinant, most_cost(v, sources));
+  return std::min(v.nis + v.log_determinant, cost_of_outlier(v, sources));
 }
 
 }  // namespace
 
 bool is_outlier(const Innovation& v, const std::vector<std::string>& sources) {
-  return v.nis + v.log_determinant > most_cost(v, sources);
+  return v.nis + v.log_determinant > cost_of_outlier(v, sources);
 }
 
 double log_likelihood(const std::vector<Innovation>& innovations, const std::vector<std::string>& sources) {

@@ -204,8 +204,8 @@ bool NoiseSearch::climb_once(const JudgedLog& log, NoiseFound& found, double apa
   ascent.hold(found.knobs, found.best.model);
   const bool is_rough = apart > kFine;
   for (int chord = 0; chord <= kChords; ++chord) {
-    const bool runs = std::isfinite(found.best.value);
-    if (runs && ascent.gain() < enough) return is_rough || chord > 0;
+    const bool has_gradient = std::isfinite(found.best.value);
+    if (has_gradient && ascent.gain() < enough) return is_rough || chord > 0;
     const NoisePoint from = found.best;
     const double gain = step(log, found, ascent, std::exchange(around, {}));
     if (gain < enough) return is_rough || chord > 0;

@@ -200,8 +200,8 @@ TEST(Batch, FromFarOffItEndsWhereItAlwaysDoesOrSaysSo) {
   }
 }
 
-// What a receiver repeats is no measurement; what the filter refused may be taken back; and who waits is told how far
-// it is.
+// What a receiver repeats is no measurement; what the filter refused may be taken back; and who waits hears how
+// far it is.
 TEST(Batch, TakesBackWhatTheFilterRefusedForNothing) {
   const SyntheticRun s = test::synthetic_run(6, {Block::kGyroBias, Block::kAccelBias});
   FilterRun run = run_filter(s.log, s.options, s.start);

@@ -90,13 +90,13 @@ TEST(Rest, IsSeenByPositionsWhereThereAreNoVelocities) {
                                  {.speed = 5, .gyro = 0.2, .force = 1, .velocity = 0, .position = 0.05},
                                  {.velocity = 0, .position = 0.05}};
   expect_rests(rests_of(log_of(run)), {{0, 10}, {20, 30}});
-  // Of coarse positions a longer span tells; of very coarse ones none does, and the rates say too little alone.
+  // Coarse positions show it over a longer span; very coarse ones never do, and the rates say too little alone.
   std::vector<Stretch> coarse = run;
   for (Stretch& s : coarse) s.position = 0.2;
   expect_rests(rests_of(log_of(coarse)), {{0, 10}, {20, 30}}, 4);
   for (Stretch& s : coarse) s.position = 100;
   EXPECT_TRUE(rests_of(log_of(coarse)).empty());
-  // One fix within the reach tells no speed.
+  // One fix within the reach shows no speed.
   Log rare = log_of(run);
   rare.gnss[0].resize(1);
   EXPECT_TRUE(rests_of(rare).empty());
@@ -113,7 +113,7 @@ TEST(Rest, WithoutFixesIsQuieterThanMotion) {
   for (const Stretch& s : {shaken, pushed}) expect_rests(rests_of(log_of({{}, kMoves, s, kMoves})), {{0, 10}});
   // Nobody said what a rest is like.
   EXPECT_TRUE(rests_of(log_of({kMoves, blind})).empty());
-  // It moved as quietly as it stood: what cannot be told apart is no rest.
+  // It moved as quietly as it stood: what cannot be distinguished is no rest.
   Stretch glides = kMoves;
   glides.gyro = 0.5 * kQuietGyro;
   glides.force = 0.5 * kQuietForce;

@@ -47,7 +47,7 @@ TEST(Disputes, EndWhereTheSourceIsUsedAgain) {
   EXPECT_EQ(disputes_of(run_of("gnss[0].position", "urrrrr")).size(), 1U) << "it lasts until the end";
 }
 
-TEST(Disputes, AreToldInASentence) {
+TEST(Disputes, AreSaidInASentence) {
   const auto text = [](const std::string& source, const std::string& outcomes) {
     const Solution s = run_of(source, outcomes);
     return text_of(disputes_of(s).at(0), s);

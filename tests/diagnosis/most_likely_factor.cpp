@@ -18,6 +18,17 @@ TEST(MostLikelyFactor, IsTheTopOfAParabolaOverItsLogarithm) {
   }
 }
 
+// The likelihood of a sigma falls steeply where it is too small: no parabola.
+TEST(MostLikelyFactor, IsThatOfASigma) {
+  for (const double top : {40., 4., 0.3}) {
+    const auto likelihood = [top](double factor) {
+      return -1e4 * (std::log(factor) + 0.5 * std::pow(top / factor, 2));
+    };
+    const Factor f = most_likely_factor([&](double factor) { return likelihood(factor) - likelihood(1); });
+    EXPECT_NEAR(std::log(f.value / top), 0, 0.06) << top;
+  }
+}
+
 // A noise below all that can be seen is as likely as none at all.
 TEST(MostLikelyFactor, OfThoseAsLikelyIsTheNearest) {
   const Factor f = most_likely_factor([](double factor) { return 20 * (1 - factor) / (1 + factor); });

@@ -153,7 +153,7 @@ TEST(Delays, OfOneReceiverAreThoseOfAll) {
 }
 
 // The same uncertainty of a delay, as one of its own, as one by the drift of the IMU's clock since long ago, or half
-// of each: fixes are compared with the same, and so believed the same, whatever they have told of it before.
+// of each: fixes are compared with the same, and so believed the same, whatever they have shown of it before.
 TEST(Delays, AreAsUncertainAsTheirPartsTogether) {
   constexpr double kUnsure = 0.2, kLongAgo = 1e5;  // s
   struct Part {
