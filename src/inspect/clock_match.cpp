@@ -27,6 +27,7 @@ constexpr double kCertainCorrelation = 0.95, kLeastCorrelation = 0.85, kBeyondDo
 // offset, and nearly twice that of the best rival. The motion must fit the track in addition.
 constexpr double kTimesRival = 1.5;
 constexpr double kDetermined = 0.5;  // R² of a turn rate that determines the gyroscopes' unit
+constexpr double kAlongDown = 0.5;   // of R² on all three axes: with less, the mean force is not along down
 
 using Series = std::vector<double>;
 
@@ -52,8 +53,12 @@ Grid grid_of(const ImuIntegral& imu, const Track& track) {
   return {step, std::max({kWidth, 1.2 * track.interval(), step})};
 }
 
-std::array<Signal, 2> imu_signals(const ImuIntegral& imu, const Grid& grid) {
-  std::array<Signal, 2> out;
+// The rate about down, of the mean force over the same time.
+double rate_about_down(const Vector3d& rate, const Vector3d& force) { return -rate.dot(force.normalized()); }
+
+// Rates, forces, and the rate about down alone.
+std::array<Signal, 3> imu_signals(const ImuIntegral& imu, const Grid& grid) {
+  std::array<Signal, 3> out;
   const std::size_t n = grid.cells(imu.start(), imu.end());
   for (Signal& s : out) {
     s.weight.assign(n, 0);
@@ -64,12 +69,13 @@ std::array<Signal, 2> imu_signals(const ImuIntegral& imu, const Grid& grid) {
     const double begin = t - grid.width / 2, end = t + grid.width / 2;
     if (!imu.covers(begin, end)) continue;
     const auto a = imu.at(begin), b = imu.at(end);
+    const Vector3d rate = (b.angle - a.angle) / grid.width, force = (b.velocity - a.velocity) / grid.width;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto k = static_cast<Eigen::Index>(axis);
-      out[0].value[axis][i] = (b.angle - a.angle)(k) / grid.width;
-      out[1].value[axis][i] = (b.velocity - a.velocity)(k) / grid.width;
+      out[0].value[axis][i] = rate(static_cast<Eigen::Index>(axis));
+      out[1].value[axis][i] = force(static_cast<Eigen::Index>(axis));
     }
-    out[0].weight[i] = out[1].weight[i] = 1;
+    out[2].value[0][i] = rate_about_down(rate, force);
+    for (Signal& s : out) s.weight[i] = 1;
   }
   // Means are subtracted, so that sums of squares do not lose digits.
   for (Signal& s : out) {
@@ -182,6 +188,10 @@ double variance(const Series& value, const Series& weight) {
 // R² and seconds in common of one pair of signals, at every lag from −(ny − 1) to nx − 1.
 struct Channel {
   Series r2, seconds;
+
+  double evidence(std::size_t lag) const {
+    return seconds[lag] > 0 ? -0.5 * seconds[lag] / kRatesCorrelated * std::log1p(-r2[lag]) - 3 : 0;
+  }
 };
 
 Channel channel(Correlator& fft, const Signal& x, const Series& y, const Series& weight, double step) {
@@ -235,12 +245,15 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   const std::size_t nx = sensors[0].weight.size(), ny = motion.value[0].size(), lags = nx + ny - 1;
   Correlator fft(nx, ny);
   Series evidence(lags, 0), correlation(lags, 0);
-  for (std::size_t c = 0; c < 3; ++c) {
-    const Channel one = channel(fft, sensors[c == 0 ? 0 : 1], motion.value[c], motion.weight[c], grid.step);
+  const auto compared = [&](std::size_t sensor, std::size_t c) {
+    return channel(fft, sensors[sensor], motion.value[c], motion.weight[c], grid.step);
+  };
+  const std::array channels{compared(0, 0), compared(1, 1), compared(1, 2)};
+  for (const Channel& one : channels) {
     for (std::size_t k = 0; k < lags; ++k) {
-      if (one.seconds[k] > 0) evidence[k] -= 0.5 * one.seconds[k] / kRatesCorrelated * std::log1p(-one.r2[k]) + 3;
+      evidence[k] += one.evidence(k);
+      correlation[k] = std::max(correlation[k], one.r2[k]);
     }
-    for (std::size_t k = 0; k < lags; ++k) correlation[k] = std::max(correlation[k], one.r2[k]);
   }
   const auto offset_at = [&](double lag) {
     return imu.start() - track.start() + (lag - static_cast<double>(ny - 1)) * grid.step;
@@ -266,9 +279,20 @@ std::optional<ClockMatch> match_clocks(const ImuIntegral& imu, const Track& trac
   match.certain = !within && (match.correlation >= kCertainCorrelation || (alike && beyond_doubt));
   if (!within && !alike && !(beyond_doubt && match.evidence > kTimesRival * rival)) return std::nullopt;
   if (match.evidence < kCertain || match.over_rival < kOverRival || best == 0 || best + 1 == lags) return std::nullopt;
-  const double before = evidence[best - 1], after = evidence[best + 1], bend = before - 2 * evidence[best] + after;
+  // A body that leans into its turns rolls as the derivative of the turn rate: a regression on all axes fits a lag as
+  // well as it fits none. Near the peak the rate about down takes their place.
+  const Channel down = compared(2, 0);
+  std::size_t at = best;
+  if (down.r2[best] > kAlongDown * channels[0].r2[best]) {
+    for (std::size_t k = left; k <= right; ++k) {
+      evidence[k] += down.evidence(k) - channels[0].evidence(k);
+      if (evidence[k] > evidence[at]) at = k;
+    }
+    if (at == left || at == right) return std::nullopt;
+  }
+  const double before = evidence[at - 1], after = evidence[at + 1], bend = before - 2 * evidence[at] + after;
   if (!(bend < 0)) return std::nullopt;
-  match.offset = offset_at(static_cast<double>(best) + 0.5 * (before - after) / bend);
+  match.offset = offset_at(static_cast<double>(at) + 0.5 * (before - after) / bend);
   match.sigma = grid.step / std::sqrt(-bend);
   return match;
 }
@@ -321,18 +345,17 @@ double turn_ratio(const ImuIntegral& imu, const Track& track, double offset) {
 }
 
 double turn_correlation(const ImuIntegral& imu, const Track& track, double offset) {
-  constexpr double kMost = 0.5;  // of R² on all three axes: with less, the mean force is not along down
   if (track.empty()) return 0;
   const Grid grid = grid_of(imu, track);
   const auto about_down = [](const Vector3d& rate, const Vector3d& force) {
-    return Vector3d(-rate.dot(force.normalized()), 0, 0);
+    return Vector3d(rate_about_down(rate, force), 0, 0);
   };
   const Regression all = turns_on(imu, track, offset, grid, [](const Vector3d&rate, const Vector3d&) { return rate; }),
                    down = turns_on(imu, track, offset, grid, about_down);
   if (all.n * grid.step < kShortestOverlap) return 0;
   Vector3d b;
   const double of_all = explained_part(all, b), of_down = explained_part(down, b);
-  if (!(of_all > kDetermined) || of_down < kMost * of_all) return 0;
+  if (!(of_all > kDetermined) || of_down < kAlongDown * of_all) return 0;
   return std::copysign(std::sqrt(of_down), b.x());
 }
 

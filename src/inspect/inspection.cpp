@@ -26,8 +26,9 @@ bool uses_velocities(const InspectedLog& log) {
 
 namespace {
 
-constexpr double kSureClock = 0.02;    // s: largest 1-sigma of a clock offset that the motion determines
-constexpr double kKnownClock = 0.005;  // s: a smaller offset is not written
+constexpr double kSureClock = 0.02;     // s: largest 1-sigma of a clock offset that the motion determines
+constexpr double kKnownClock = 0.005;   // s: a smaller offset is not written
+constexpr double kGains = 2.449489743;  // sigmas, √(2 · 3): an offset that far from the log's own gains ln 1 + 3
 
 // 1-sigmas of a triad's errors from its noise and its mean at rest.
 TriadErrors guess_triad(const TriadHealth& health, double interval, double usual_noise, double bias_of_noise,
@@ -332,12 +333,12 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
     imu.instantaneous = found->instantaneous;
     const bool known = inspection.imu_clock() != nullptr;
     const bool matched = !known && imu.clock_offset != 0 && match != nullptr && match->clock;
-    const double sure = matched ? std::max(kSureClock, match->clock->sigma) : kSureClock;
-    const double sigmas = std::sqrt(2 * 3.0);
-    const bool gains = std::abs(found->clock_offset - imu.clock_offset) > sigmas * found->clock_sigma ||
-                       (found->clock_drift_sigma > 0 &&
-                        std::abs(found->clock_drift - imu.clock_drift) > sigmas * found->clock_drift_sigma);
-    if ((known || found->clock_sigma < sure) && (matched || gains)) {
+    const auto gains = [](double change, double sigma) { return std::abs(change) > kGains * sigma; };
+    const bool better = matched ? found->clock_sigma < std::max(kSureClock, match->clock->sigma)
+                                : gains(found->clock_offset - imu.clock_offset, found->clock_sigma) ||
+                                      (found->clock_drift_sigma > 0 &&
+                                       gains(found->clock_drift - imu.clock_drift, found->clock_drift_sigma));
+    if (better) {
       imu.clock_offset = found->clock_offset;
       imu.clock_drift = found->clock_drift;
     }
@@ -367,10 +368,11 @@ ImuConditioning guess_conditioning(const Inspection& inspection) {
 }
 
 Priors priors_after(const Calibration& found, Priors priors) {
-  constexpr double kLeastArm = 0.1, kMostDelay = 0.05;  // m, s
+  constexpr double kLeastArm = 0.1, kMostDelay = 0.05;  // m, s; an offset that is not written may be larger
   const double most = found.in_housing ? kHousing : kMostArm;
   priors.lever_arm = found.tells_arm() ? std::clamp(kLoose * found.lever_arm_sigma.maxCoeff(), kLeastArm, most) : most;
-  priors.gnss_delay = std::clamp(kLoose * found.clock_sigma, kLeastDelay, kMostDelay);
+  priors.gnss_delay =
+      std::clamp(kLoose * found.clock_sigma, kLeastDelay, std::max(kMostDelay, kGains * found.clock_sigma));
   if (found.clock_drift_sigma > 0) priors.clock_drift = kLoose * found.clock_drift_sigma;
   if (found.velocity_delay_sigma > 0)
     priors.velocity_delay = std::max(kLoose * found.velocity_delay_sigma, kLeastDelay);

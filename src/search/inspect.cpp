@@ -175,7 +175,8 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
   conditioning.accel_range = options.sensor.accel.range;
   try {
     const LogMatch* match = inspection.first_match();
-    const bool known = match != nullptr && match->clock && !match->velocities_may_be_late;
+    // Rests show the clock whatever velocities are late by.
+    const bool known = match != nullptr && match->clock && (match->clock->by_rest || !match->velocities_may_be_late);
     const Recording recording{body.imu, {receiver.gnss}, {}};
     // A receiver's latency is constant, so its own two times determine the drift.
     const ToldClock clock{known ? match->clock->sigma : std::numeric_limits<double>::infinity(),

@@ -143,7 +143,7 @@ TEST(ReadyConfig, TheClockIsThatOfTheSurest) {
   found.clock_sigma = 0.04;
   Inspection inspection = calibrated(found);
   const auto clock = [&inspection] { return guess_conditioning(inspection).clock_offset; };
-  EXPECT_EQ(clock(), 0) << "nothing was compared, and the filter is not sure";
+  EXPECT_EQ(clock(), 12.30) << "nothing was compared, and the filter knows it";
   LogMatch match;
   match.clock.emplace();
   match.clock->offset = 15;
@@ -171,6 +171,15 @@ TEST(ReadyConfig, ClocksStayAsLoggedUnlessTheMotionTellsMore) {
   EXPECT_EQ(guess_conditioning(calibrated(found)).clock_offset, 0);
   EXPECT_FALSE(contains(config_of(found), "clock:")) << config_of(found);
   EXPECT_TRUE(contains(config_of(found), "gnss_delay: 0.05 s")) << "and is estimated\n" << config_of(found);
+  found.clock_offset = 0.21;
+  found.clock_sigma = 0.1;
+  EXPECT_EQ(guess_conditioning(calibrated(found)).clock_offset, 0);
+  EXPECT_TRUE(contains(config_of(found), "gnss_delay: 0.24 s")) << "as large as one may be that gains too little\n"
+                                                                << config_of(found);
+  found.clock_offset = 0.25;
+  EXPECT_EQ(guess_conditioning(calibrated(found)).clock_offset, 0.25);
+  found.clock_offset = 0.0076;
+  found.clock_sigma = 0.0105;
   found.clock_drift = 5e-5;
   found.clock_drift_sigma = 3e-5;
   EXPECT_EQ(guess_conditioning(calibrated(found)).clock_drift, 0);
