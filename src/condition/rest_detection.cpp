@@ -138,6 +138,8 @@ struct Bounds {
   double gyro_alone = 0, force_alone = 0;
 };
 
+constexpr double kQuietest = 0.05;  // of the windows that a receiver takes for rest
+
 Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vector<Verdict>& verdicts,
              const RestOptions& options) {
   std::vector<double> rest_gyro, rest_force, moving_gyro, moving_force;
@@ -155,11 +157,20 @@ Bounds learn(const std::vector<std::optional<Quietness>>& quiet, const std::vect
   if (rest_gyro.size() < 2 * options.window) {
     return b;  // the level of rest is unknown: without GNSS no rest is reported
   }
-  b.gyro = options.as_quiet * quantile(rest_gyro, 0.5);
-  b.force = options.as_quiet * quantile(rest_force, 0.5);
-  b.gyro_alone = options.alone_factor * quantile(rest_gyro, options.alone_quantile);
-  b.force_alone = options.alone_factor * quantile(rest_force, options.alone_quantile);
-  if (moving_gyro.size() >= 2 * options.window) {
+  const bool some_motion = moving_gyro.size() >= 2 * options.window;
+  // Coarse fixes take what is slow, or stops every few seconds, for rest. Where half of that is as loud as motion, or,
+  // as nothing certainly moves, far louder than its quietest windows, these show the level of rest.
+  const auto is_of_rest = [&](const std::vector<double>& at_rest, const std::vector<double>& moving) {
+    return quantile(at_rest, 0.5) < (some_motion ? quantile(moving, options.moving_quantile)
+                                                 : square(options.as_quiet) * quantile(at_rest, kQuietest));
+  };
+  const bool separate = is_of_rest(rest_gyro, moving_gyro) || is_of_rest(rest_force, moving_force);
+  const double middle = separate ? 0.5 : kQuietest;
+  b.gyro = options.as_quiet * quantile(rest_gyro, middle);
+  b.force = options.as_quiet * quantile(rest_force, middle);
+  b.gyro_alone = options.alone_factor * quantile(rest_gyro, separate ? options.alone_quantile : middle);
+  b.force_alone = options.alone_factor * quantile(rest_force, separate ? options.alone_quantile : middle);
+  if (some_motion) {
     b.gyro_alone = std::min(b.gyro_alone, quantile(moving_gyro, options.moving_quantile));
     b.force_alone = std::min(b.force_alone, quantile(moving_force, options.moving_quantile));
   }

@@ -253,6 +253,9 @@ ReplayConfig read_replay_config(const Config& config) {
   filter.adapt = read_adaptation(config);
   replay.smoother = read_smoother(config);
   replay.batch = read_batch(config, replay.smoother);
+  if (replay.smoother == SmootherKind::kBatch &&
+      std::ranges::any_of(replay.filter.gnss, [](const GnssOptions& g) { return g.velocity_averaging > 0; }))
+    config.fail("smoother", "the batch has no `velocity_averaging`; choose `rts`, or leave that key out");
   replay.rates = read_output(config);
   replay.output = read_output_options(config, replay.smoother);
   replay.events = read_events(config, replay.output, replay.smoother);

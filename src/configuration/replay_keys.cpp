@@ -241,6 +241,9 @@ GnssOptions read_gnss_options(const Config& source, const LogFile& log) {
                   "the velocities of this receiver are not used; add `velocity` to `use`, or leave the key out");
     }
   }
+  options.velocity_averaging = source.quantity("velocity_averaging", dimension::kTime, 0);
+  if (options.velocity_averaging < 0 || options.velocity_averaging > kAveragingTimes.back())
+    source.fail("velocity_averaging", fmt::format("must lie between 0 and {:g} s", kAveragingTimes.back()));
   if (source.has("drift") && !source.is_map("drift")) {
     options.white = source.choice<bool>("drift", {{"none", true}});
   } else if (const auto drift = source.find_map("drift")) {

@@ -45,9 +45,19 @@ std::string described(const std::string& name, Block block, const FilterOptions&
   return fmt::format("{} ({} is likelier)", name, with_sigma(found, block));
 }
 
-// A configuration that states the constant as it was found, or where it states none, a prior that allows it.
+// Whether a triad may have such scales. Data sheets of MEMS sensors allow 1 to 10 % (ADXL345: 10 %).
+bool is_scale(const Vector3d& scales) {
+  constexpr double kMost = 0.1;
+  return scales.cwiseAbs().maxCoeff() <= kMost;
+}
+
+// A configuration that states the constant as it was found, or where it states none, a prior that allows it; nothing
+// where that would be a scale that no sensor has.
 Change stating(Block block, const Evidence& found) {
   const Estimate x = found.last;
+  if ((block == Block::kGyroScale && !is_scale(x.gyro_scale)) ||
+      (block == Block::kAccelScale && !is_scale(x.accel_scale)))
+    return {};
   return [block, x](StatedModel& m) {
     GnssOptions* const receiver = m.options.gnss.empty() ? nullptr : &m.options.gnss.front();
     const auto allow = [&](double& sigma, const Vector3d& value) {

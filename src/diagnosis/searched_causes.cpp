@@ -145,6 +145,26 @@ Cause sigmas(const std::string& source, void (*scale)(FilterInput&, std::size_t,
   };
 }
 
+// ---- Velocities ----
+
+Cause averaged_velocities(std::size_t receiver) {
+  return [receiver](const FilterInput& input, const Evidence& base, double end) {
+    Factor best;
+    for (const double time : kAveragingTimes) {
+      FilterOptions options = input.options;
+      options.gnss[receiver].velocity_averaging = time;
+      const double g = lasting_gain(filter_again(input.log, options, input.start, end), base);
+      if (g > best.gain) best = {time, g};
+    }
+    return searched(
+        best.gain,
+        fmt::format("velocities of gnss[{0}] (they are means over some {1:g} s; "
+                    "`velocity_averaging: {1:g} s`)",
+                    receiver, best.value),
+        [receiver, time = best.value](StatedModel& m) { m.options.gnss[receiver].velocity_averaging = time; });
+  };
+}
+
 // ---- Coloured errors ----
 
 double median_sigma(const std::vector<GnssFix>& fixes) {
@@ -260,8 +280,9 @@ std::vector<Cause> searched_causes(const FilterInput& input) {
   }
   for (std::size_t i = 0; i < options.gnss.size(); ++i) {
     if (options.gnss[i].use_position) causes.push_back(sigmas_of_positions(i));
-    if (has_velocities(input, i))
-      causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i, &SigmaScales::velocity));
+    if (!has_velocities(input, i)) continue;
+    if (options.gnss[i].velocity_averaging == 0) causes.push_back(averaged_velocities(i));
+    causes.push_back(sigmas(fmt::format("gnss[{}].velocity", i), scale_velocities, i, &SigmaScales::velocity));
   }
   for (std::size_t i = 0; i < options.attitude.size(); ++i)
     causes.push_back(sigmas(fmt::format("attitude[{}]", i), scale_attitudes, i));

@@ -528,6 +528,10 @@ std::optional<std::string> ready_config(const Inspection& inspection, const std:
       late_sources.velocity = std::max(late->prior, late_sources.velocity.value_or(0));
     }
     if (log.calibration && log.calibration->fits()) {
+      if (const double averaging = log.calibration->velocity_averaging; averaging > 0 && uses_velocities(log)) {
+        text +=
+            fmt::format("    velocity_averaging: {} s   # they are means, as the motion has it\n", plain(averaging));
+      }
       text += receiver_noise(*log.calibration, log);
       if (const auto& sway = log.calibration->sway) {
         text += fmt::format(

@@ -202,6 +202,34 @@ Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const An
   return lin;
 }
 
+namespace {
+
+// Adds `factor` times the Jacobians of another measurement.
+void add_terms(Linearization& lin, const Linearization& other, double factor) {
+  for (int i = 0; i < other.count(); ++i) lin.accumulate(other.term(i), factor);
+}
+
+}  // namespace
+
+Linearization linearize_mean_velocity(const GnssFix& fix, double averaging, const Estimate& x, const AntennaMotion& end,
+                                      const AntennaMotion& begin, const Vector3d& earth_rate, const Gravity& gravity,
+                                      bool still, const Lag& lag) {
+  Lag before = lag;
+  before.time += averaging;
+  const Linearization last = linearize_position(fix, {}, x, end, earth_rate, gravity, lag, still),
+                      first = linearize_position(fix, {}, x, begin, earth_rate, gravity, before, still);
+  Linearization lin;
+  lin.observes = Block::kVelocity;
+  lin.residual = fix.velocity->value + (last.residual - first.residual) / averaging;
+  Vector3d variance = fix.velocity->sigma.cwiseAbs2();
+  if (!fix.velocity->has_down()) variance.z() = 0;  // the row is left out below
+  lin.covariance = gravity.R_wn * variance.asDiagonal() * gravity.R_wn.transpose();
+  add_terms(lin, last, 1 / averaging);
+  add_terms(lin, first, -1 / averaging);
+  if (!fix.velocity->has_down()) keep_horizontal(lin, gravity.R_wn);
+  return lin;
+}
+
 bool GnssReceivers::repeats(const GnssFix& fix, const GnssFix& before) {
   return before.position == fix.position && before.velocity.has_value() == fix.velocity.has_value() &&
          (!fix.velocity || before.velocity->value == fix.velocity->value);
@@ -219,6 +247,7 @@ FixDelay GnssReceivers::delay(const FilterOptions& options, const StateLayout& l
     delay.value += x.gnss_delay - first.delay;
     delay.block = Block::kGnssDelay;
   }
+  if (!position) delay.value -= 0.5 * receiver.velocity_averaging;  // by the end of the mean
   return with_clock_drift(delay, layout, x, elapsed);
 }
 
@@ -235,7 +264,8 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
   const Lag lag = context.lag(delay(context.options, context.layout, sensor, channel, x, context.elapsed));
   if (lag.time > kMoment && context.steps != nullptr && !context.still) {
     if (const auto over = context.steps->over(lag.time, x)) {
-      motion.lagged = BodyMotion{.rate = over->rate, .force = position ? over->position_force : over->velocity_force};
+      const bool of_place = position || receiver.velocity_averaging > 0;
+      motion.lagged = BodyMotion{.rate = over->rate, .force = of_place ? over->position_force : over->velocity_force};
       motion.now.rate = motion.reference_rate = over->rate_then;
     }
   }
@@ -244,6 +274,17 @@ std::optional<Linearization> GnssReceivers::linearize(const GnssFix& fix, int se
                                            lag, context.still, sensor);
     lin.excluded = fix.runs_away && receiver.use_velocity;  // velocities that are not used accuse nobody
     return swaying(std::move(lin), receiver, sensor);
+  }
+  if (const double averaging = receiver.velocity_averaging; averaging > 0 && !context.still) {
+    AntennaMotion begin = motion;
+    if (context.steps != nullptr) {
+      if (const auto over = context.steps->over(std::max(lag.time, 0.0) + averaging, x)) {
+        begin.lagged = BodyMotion{.rate = over->rate, .force = over->position_force};
+      }
+    }
+    return swaying(linearize_mean_velocity(fix, averaging, with_arm, motion, begin, context.earth_rate, context.gravity,
+                                           context.still, lag),
+                   receiver, sensor);
   }
   const bool momentary =
       std::abs(lag.time) < kMoment && std::abs(receiver.delay_of_velocity() - receiver.delay) < kMean;

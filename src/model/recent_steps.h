@@ -1,5 +1,5 @@
 #pragma once
-/// The steps of the last half second and more, as measured: the motion at the time of a measurement that comes late.
+/// The steps of the last second and more, as measured: the motion at the time of a measurement that comes late.
 
 #include <array>
 #include <cstddef>
@@ -31,7 +31,7 @@ class RecentSteps {
 
  private:
   static constexpr std::size_t kMost = 200;
-  static constexpr double kBin = 0.0025;  // s: a quarter of a usual step; 200 of them are half a second
+  static constexpr double kBin = 0.0045;  // s: half of a usual step; 200 of them are nearly a second
   struct Sum {
     double dt = 0;
     Vector3d dtheta, dvel;

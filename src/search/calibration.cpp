@@ -62,6 +62,7 @@ double attempts_of(double unsure, std::size_t jobs) {
 /// One filtered run and how likely its innovations are.
 struct Attempt {
   double likelihood = -std::numeric_limits<double>::infinity();  // a row
+  double rows = 0;
   double offset = 0;
   Start start;
   Estimate last;
@@ -69,6 +70,7 @@ struct Attempt {
   std::size_t used = 0, rejected = 0;
   double nis = 1;  // of positions, the mean for a row
 
+  double total() const { return rows * likelihood; }
   double clock_offset() const { return offset - last.gnss_delay; }
   double clock_sigma() const { return sigmas(full_offset(Block::kGnssDelay)); }
   bool fits() const { return rejected < (used + rejected) / 10; }  // as Calibration::fits()
@@ -116,6 +118,7 @@ class Calibrator {
       attempts[k] = attempt(configured + (static_cast<double>(k) - steps) * kStep);
       report(together);
     });
+    spread_ = spread_of(attempts);
     for (Attempt& a : attempts) keep(std::move(a));
     if (!std::isfinite(best_.likelihood)) return std::nullopt;
     for (const double floor : kFloors) {
@@ -177,6 +180,28 @@ class Calibrator {
     return std::none_of(kFarOff.begin(), kFarOff.end(), as_likely);
   }
 
+  // The time over which the receiver's velocities are means, where one of these is likelier beyond doubt. @pre locate()
+  void find_averaging(const ProgressCallback& progress = {}) {
+    double& averaging = options_.gnss.front().velocity_averaging;
+    const bool some =
+        std::ranges::any_of(recording_.gnss.front().fixes, [](const auto& fix) { return fix.velocity.has_value(); });
+    if (!some || !options_.gnss.front().use_velocity || averaging > 0) return;
+    const double least = best_.total() + std::log(kAveragingTimes.size() + 1.0) + 3;
+    double found = 0, most = least;
+    for (const double time : kAveragingTimes) {
+      averaging = time;
+      if (Attempt a = attempt(best_.offset); a.total() > most) {
+        most = a.total();
+        found = time;
+      }
+      if (progress) progress(time / kAveragingTimes.back());
+    }
+    averaging = found;
+    if (found == 0) return;
+    best_ = attempt(best_.offset);
+    refine();
+  }
+
   // What the sigmas of positions are to be multiplied by so that they say what positions differ by. @pre locate()
   double position_scale() const { return std::sqrt(best_.nis); }
 
@@ -187,10 +212,12 @@ class Calibrator {
     return Calibration{.lever_arm = best_.last.lever_arm,
                        .lever_arm_sigma = best_.sigmas.segment<3>(full_offset(Block::kLeverArm)),
                        .clock_offset = best_.clock_offset(),
-                       .clock_sigma = best_.clock_sigma(),
+                       .clock_sigma = std::hypot(best_.clock_sigma(), spread()),
+                       .clock_spread = spread(),
                        .clock_drift = conditioning_.imu.clock_drift,
                        .velocity_delay = late_velocities() ? best_.velocity_delay() : 0,
                        .velocity_delay_sigma = late_velocities() ? best_.velocity_delay_sigma() : 0,
+                       .velocity_averaging = options_.gnss.front().velocity_averaging,
                        .sensor = options_.sensor,
                        .sigma_scales = noise_ ? noise_->scales() : SigmaScales{},
                        .drift = options_.gnss.front().drift,
@@ -202,6 +229,23 @@ class Calibrator {
  private:
   // Whether their delay is estimated.
   bool late_velocities() const { return options_.estimates(Block::kVelocityDelay); }
+
+  // 1-sigma of the offsets that the attempts found, each as likely as its fixes (a mixture of normal densities).
+  static double spread_of(const std::vector<Attempt>& attempts) {
+    double best = -std::numeric_limits<double>::infinity(), weight = 0, mean = 0, square = 0;
+    for (const Attempt& a : attempts) best = std::max(best, a.total());
+    for (const Attempt& a : attempts) {
+      if (!std::isfinite(a.likelihood)) continue;
+      const double w = std::exp(a.total() - best), more = a.clock_offset() - mean;
+      weight += w;
+      mean += w / weight * more;
+      square += w * more * (a.clock_offset() - mean);
+    }
+    return weight > 0 ? std::sqrt(square / weight) : 0;
+  }
+
+  // Where the finer fixes leave the clock unsure, the first attempts show which others are as likely.
+  double spread() const { return best_.clock_sigma() > kSureClock ? spread_ : 0; }
 
   Attempt attempt(double offset) const {
     Attempt a;
@@ -216,6 +260,7 @@ class Calibrator {
       a.sigmas = run.sigmas;
       for (const Innovation& i : run.innovations) ++(was_used(i.outcome) ? a.used : a.rejected);
       a.nis = nis_of_positions(run.innovations, run.sources);
+      a.rows = run.rows;
       if (run.rows > 0) a.likelihood = run.likelihood / run.rows;
     } catch (const Error&) {  // no start: not likely at all
     }
@@ -288,7 +333,8 @@ class Calibrator {
   double gate_;  // as configured
   std::optional<ReceiverNoise> noise_;
   std::size_t jobs_;
-  double unsure_;  // s: the clock is at most that far from the configured one
+  double unsure_;      // s: the clock is at most that far from the configured one
+  double spread_ = 0;  // s
   Attempt best_;
 };
 
@@ -305,10 +351,11 @@ struct CalibrationCosts {
     check = clock.sigma <= kRoughClock || clock.with_drift ? 0 : kAttempt * rows * static_cast<double>(kFarOff.size());
     noise = cost_of_search(recording, seconds, jobs);
     drift = clock.with_drift || !apart ? 0 : kAttempt * rows * attempts_of(kSureClock, 1);
+    averaging = static_cast<double>(kAveragingTimes.size()) * kAttempt * rows;
   }
   double all() const { return locate + noise + 2 * check + drift; }
 
-  double locate, check, noise, drift;
+  double locate, check, noise, drift, averaging;
 };
 
 // By how much the clock drifts more than `first` assumes, from the last minutes of motion; 0 where that is not sure.
@@ -359,6 +406,8 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
     beginning.emplace(less_stated, conditioning, options, early, clock.sigma, arm_prior, jobs);
     if (!beginning->locate(work.step(kClockStage, costs.locate)) || !is_told(*beginning)) return std::nullopt;
   }
+  work.expect_more(costs.averaging);
+  beginning->find_averaging(work.step(kClockStage, costs.averaging));
   beginning->search_noise(1 / stated, work.step(kNoiseStage, costs.noise));
   work.step(kClockStage, costs.check);
   // By chance a wrong clock may be likelier than all that are far off; with the noise that explains it, they are as
@@ -377,6 +426,7 @@ std::optional<Calibration> calibrated(const Recording& recording, ConditioningOp
   // From here on with the noise that was found.
   options.sensor = first.sensor;
   options.gnss.front().drift = first.drift;
+  options.gnss.front().velocity_averaging = first.velocity_averaging;
   options.estimate = with_implied_blocks(options, options.estimate);
   Recording scaled = recording;
   scale_sigmas(scaled.gnss.front().fixes, first.sigma_scales);

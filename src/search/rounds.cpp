@@ -140,6 +140,7 @@ bool apply(const LikelierCause& cause, const ReplayConfig& config, Inspection& f
       calibration->drift_by = DriftBy::kMotion;
     }
     calibration->sway = now.lever_arm_sway;
+    calibration->velocity_averaging = now.velocity_averaging;
     if (now.lever_arm != old.lever_arm) calibration->lever_arm = now.lever_arm;
     if (now.velocity_delay && now.velocity_delay != old.velocity_delay && calibration->velocity_delay_sigma > 0)
       calibration->velocity_delay += *now.velocity_delay - old.delay_of_velocity();

@@ -58,7 +58,7 @@ bool tells_drift(const Evidence& run, const Priors& before) {
 // Takes the clock from a run that estimates its offset, and its drift if it `drifts`. Returns whether it has moved.
 bool take_clock(const Evidence& run, bool drifts, Calibration& found) {
   const Estimate& x = run.last;
-  found.clock_sigma = run.sigmas(full_offset(Block::kGnssDelay));
+  found.clock_sigma = std::hypot(run.sigmas(full_offset(Block::kGnssDelay)), found.clock_spread);
   found.clock_drift_sigma = drifts ? run.sigmas(full_offset(Block::kClockDrift)) : 0;
   if (std::abs(x.gnss_delay) <= kStill * found.clock_sigma &&
       std::abs(x.clock_drift) <= kStill * found.clock_drift_sigma) {
@@ -139,6 +139,12 @@ std::optional<Calibration> settled_within(double refused, WholeLog log, Calibrat
     if (find_clock) {
       const Calibration here = found;
       if (take_clock(*run, log.drifts, found)) {
+        if (log.drifts && !drifts_plausibly(found)) {  // it is no clock's
+          found = here;
+          found.clock_drift = 0;
+          log.drifts = false;
+          continue;
+        }
         before = here;
         continue;
       }

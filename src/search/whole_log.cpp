@@ -20,6 +20,7 @@ FilterOptions options_of(const WholeLog& log, const Calibration& found) {
   GnssOptions& gnss = filter.gnss.front();
   if (found.tells_arm()) gnss.lever_arm = found.lever_arm;
   gnss.drift = found.drift;
+  gnss.velocity_averaging = found.velocity_averaging;
   gnss.use_velocity = gnss.use_velocity && log.velocities;
   filter.estimate = imu_error_blocks(found.sensor);
   filter.estimate.push_back(Block::kLeverArm);

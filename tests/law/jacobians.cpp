@@ -192,6 +192,24 @@ TEST(Jacobians, GnssVelocity) {
   }
 }
 
+TEST(Jacobians, GnssVelocityThatIsAMean) {
+  Random random(23);
+  for (int i = 0; i < kStates; ++i) {
+    const Estimate x = random.estimate();
+    const ImuStep raw = raw_step(random);
+    const GnssFix fix = fix_near(x, random);
+    const Gravity gravity = gravity_near(x, random);
+    const RecentMotion recent = recent_motion(random), before = recent_motion(random);
+    check_jacobians(
+        [&](const Estimate& y) {
+          return linearize_mean_velocity(fix, 0.4, y, antenna_motion(raw, recent, y), antenna_motion(raw, before, y),
+                                         kWorld.earth_rate(), gravity, false,
+                                         {y.velocity_delay, Block::kVelocityDelay});
+        },
+        x);
+  }
+}
+
 TEST(Jacobians, GnssVelocityOfABodyThatStandsStill) {
   Random random(3);
   for (int i = 0; i < kStates; ++i) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Options of a run, which conditioning, filter and smoother share. SI and radians.
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -109,6 +110,10 @@ struct GnssOptions {
   double delay = 0;  ///< the position of a fix with time t is that of t − delay [s]; the start value if it is estimated
   std::optional<double> velocity_delay = std::nullopt;  ///< of its velocity, against t as well; nothing: it is `delay`
 
+  /// The time over which its velocity is a mean, about the velocity's own time [s]; 0: it is of the moment. Receivers
+  /// that smooth their velocities show less of a step or a swing than there is.
+  double velocity_averaging = 0;
+
   /// Of an antenna on a helmet or a pack, which moves on the body: its displacement from `lever_arm`, along each body
   /// axis. All axes are equal.
   std::optional<GaussMarkov> lever_arm_sway = std::nullopt;
@@ -118,6 +123,10 @@ struct GnssOptions {
 
   double delay_of_velocity() const { return velocity_delay.value_or(delay); }
 };
+
+/// Times over which velocities may be means, as programs try them [s]. No longer one may be stated: RecentSteps go back
+/// that far.
+inline constexpr std::array kAveragingTimes{0.1, 0.2, 0.4, 0.8};
 
 /// One reference attitude.
 struct AttitudeOptions {

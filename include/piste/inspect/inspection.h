@@ -29,11 +29,13 @@ enum class DriftBy { kMotion, kClaim, kRounding };
 struct Calibration {
   Vector3d lever_arm, lever_arm_sigma;       ///< p_ba_b [m]
   double clock_offset = 0, clock_sigma = 0;  ///< of the IMU (ImuConditioning) [s]
-  double clock_drift = 0;                    ///< of the IMU's clock, from its first row on; a ratio
-  double clock_drift_sigma = 0;              ///< 1-sigma of clock_drift; 0: the log does not determine it
+  double clock_spread = 0;       ///< 1-sigma of the offsets that were about as likely; it is in clock_sigma [s]
+  double clock_drift = 0;        ///< of the IMU's clock, from its first row on; a ratio
+  double clock_drift_sigma = 0;  ///< 1-sigma of clock_drift; 0: the log does not determine it
   /// By how much the receiver's velocities come late against the IMU's clock with `clock_offset` [s]. The sigma does
   /// not contain the sigma of the clock. A sigma of 0: velocities are used with the times in the log.
   double velocity_delay = 0, velocity_delay_sigma = 0;
+  double velocity_averaging = 0;                      ///< the time over which its velocities are means [s]
   bool velocities_contradict = false;                 ///< velocities contradict the positions and are not used
   ImuSensor sensor;                                   ///< with the noise that is expected in motion
   SigmaScales sigma_scales = {};                      ///< of the receiver, as expected in motion

@@ -54,6 +54,17 @@ Vector3d slow_error(const GnssFix& fix, const std::optional<PositionDrift>& drif
 Linearization linearize_velocity(const GnssFix& fix, const Estimate& x, const AntennaMotion& motion,
                                  const Vector3d& earth_rate, const Gravity& gravity, bool still, const Lag& lag = {});
 
+/// Linearises a velocity that is the mean over `averaging` seconds: the difference of the antenna's places at the end
+/// and at the beginning, over that time,
+///
+///     y = (y_p(τ) − y_p(τ + T)) / T
+///
+/// with y_p as above, without its slow error. `end`, `begin`: the motion over τ, and over τ + T. `lag`: of the end of
+/// the mean. @pre `fix.velocity` is there, `averaging` > 0.
+Linearization linearize_mean_velocity(const GnssFix& fix, double averaging, const Estimate& x, const AntennaMotion& end,
+                                      const AntennaMotion& begin, const Vector3d& earth_rate, const Gravity& gravity,
+                                      bool still, const Lag& lag);
+
 /// The receivers of a run. The delays of the first receiver are estimated; their changes from the configured values are
 /// added to the delays of all. Where the delay of the positions is estimated and that of the velocities is not, the
 /// velocities follow it.

@@ -49,6 +49,16 @@ struct Linearization {
       terms_[static_cast<std::size_t>(count_++)] = {block, jacobian.middleCols<3>(column), column};
     }
   }
+  /// Adds `factor` times a term to what there is for its block.
+  void accumulate(const Term& more, double factor) {
+    for (int i = 0; i < count_; ++i) {
+      Term& mine = terms_[static_cast<std::size_t>(i)];
+      if (mine.block != more.block || mine.column != more.column) continue;
+      mine.jacobian += factor * more.jacobian;
+      return;
+    }
+    terms_[static_cast<std::size_t>(count_++)] = {more.block, factor * more.jacobian, more.column};
+  }
   /// The derivative by a block of at most three; zero if it has none.
   Matrix3d jacobian(Block block) const {
     Matrix3d sum = Matrix3d::Zero();
