@@ -79,12 +79,12 @@ void scale_rates(ColumnMap& map, const LogMatch& match) {
   const LogFactors factors = log_factors(match);
   const bool increments = map.find("dtheta") != nullptr;
   const double as_rates = 1 / match.interval, as_increments = match.interval;
-  if (!increments && near_factor(factors.gyro, as_rates) && near_factor(factors.accel, as_rates)) {
+  if (!increments && rather_factor(factors.gyro, as_rates) && rather_factor(factors.accel, as_rates)) {
     rename(map, "gyro", "dtheta", "rad");
     rename(map, "accel", "dvel", "m/s");
     return;
   }
-  if (increments && near_factor(factors.gyro, as_increments) && near_factor(factors.accel, as_increments)) {
+  if (increments && rather_factor(factors.gyro, as_increments) && rather_factor(factors.accel, as_increments)) {
     rename(map, "dtheta", "gyro", "rad/s");
     rename(map, "dvel", "accel", "m/s^2");
     return;

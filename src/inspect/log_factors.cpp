@@ -17,7 +17,7 @@ LogFactors rough_factors(const LogMatch& m) {
   if (!m.clock || m.turn_ratio == 0) return factors;
   const double other = m.increments ? m.interval : 1 / m.interval;
   for (const double accel : {kStandardGravity, 1 / kStandardGravity, other}) {
-    if (near_factor(m.force * accel, kStandardGravity)) factors.accel = accel;
+    if (rather_factor(kStandardGravity / m.force, accel)) factors.accel = accel;
   }
   const auto distance = [&](double gyro) { return std::abs(std::log(m.turn_ratio * gyro)); };
   if (factors.accel == other && distance(other) < std::log(kFarOff)) {
@@ -34,6 +34,10 @@ LogFactors rough_factors(const LogMatch& m) {
 
 bool near_factor(double factor, double expected) {
   return std::abs(std::log(std::abs(factor / expected))) < std::log(kUnitTolerance);
+}
+
+bool rather_factor(double factor, double expected) {
+  return near_factor(factor, expected) && std::abs(std::log(factor / expected)) < std::abs(std::log(factor));
 }
 
 LogFactors log_factors(const LogMatch& m) {

@@ -17,4 +17,7 @@ LogFactors log_factors(const LogMatch& m);
 /// Whether a factor is the expected one, within the accuracy of a track.
 bool near_factor(double factor, double expected);
 
+/// The same, and nearer to it than to one: at a row a second, increments are as large as rates, and nothing is wrong.
+bool rather_factor(double factor, double expected);
+
 }  // namespace piste

@@ -98,14 +98,14 @@ void suspect_imus(const LogMatch& m, const LogFactors& factors, const std::strin
   const auto add = adding_to(found, file);
   const double by_interval = 1 / m.interval, f = factors.gyro, a = factors.accel;
   const std::string turns = fmt::format("the gyroscopes turn {:.4g} times as fast as the track", m.turn_ratio);
-  if (near_factor(f, by_interval) && near_factor(a, by_interval)) {
+  if (rather_factor(f, by_interval) && rather_factor(a, by_interval)) {
     add(LogFault::kIncrementsForRates,
         fmt::format("{}, and the forces are {:.4g} times too small, as increments over {:.4g} s are", turns, a,
                     m.interval),
         "these are increments: name the columns dtheta_x_rad and dvel_x_m_s");
     return;
   }
-  if (near_factor(f, m.interval) && near_factor(a, m.interval)) {
+  if (rather_factor(f, m.interval) && rather_factor(a, m.interval)) {
     add(LogFault::kRatesForIncrements,
         fmt::format("{}, and the forces are {:.4g} times too large, as rates are over {:.4g} s", turns, 1 / a,
                     m.interval),

@@ -201,7 +201,9 @@ void read_receiver(InspectedLog& l) {
 // Takes the unit of rates that no header states from the motion: as fast as gravity turns in the body.
 void judge_rate_unit(InspectedLog& l) {
   if (!l.guess->guessed_rates || !l.log.columns) return;
-  std::string& unit = l.log.columns->uses.at("gyro").unit;
+  const auto gyro = l.log.columns->uses.find("gyro");
+  if (gyro == l.log.columns->uses.end()) return;  // increments, as the motion has them
+  std::string& unit = gyro->second.unit;
   if (unit != "rad/s" && unit != "deg/s") return;
   const auto factor = rate_factor_by_tilt(l.imu);
   if (!factor) return;

@@ -93,7 +93,9 @@ void say_unit(Inspection& found, const std::string& unit) {
 std::optional<Question> about_rates(const Inspection& found) {
   const InspectedLog& body = found.logs[*found.first(LogKind::kImu)];
   if (!body.guess->guessed_rates || !body.log.columns || found.calibration() == nullptr) return std::nullopt;
-  const std::string unit = body.log.columns->uses.at("gyro").unit;
+  const ColumnUse* gyro = body.log.columns->find("gyro");
+  if (gyro == nullptr) return std::nullopt;  // increments, as the motion has them
+  const std::string unit = gyro->unit;
   if (unit != "rad/s" && unit != "deg/s") return std::nullopt;
   const auto reading = [](const std::string& of) {
     return Reading{fmt::format("gyro: {{unit: {}}}", of), [of](Inspection& said) { say_unit(said, of); }};

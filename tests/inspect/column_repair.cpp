@@ -73,6 +73,20 @@ TEST(ColumnRepair, RatesAndIncrements) {
   EXPECT_EQ(increments.unit("gyro"), "as it was");
 }
 
+// A row a second: increments are as large as rates.
+TEST(ColumnRepair, RatesOfASlowLogStayRates) {
+  for (const double interval : {1.0, 0.8, 1.25}) {
+    Imu rates, increments(true);
+    rates.match.interval = increments.match.interval = interval;
+    EXPECT_FALSE(repaired(rates.map, rates.match)) << interval;
+    EXPECT_FALSE(repaired(increments.map, increments.match)) << interval;
+    rates.match.motion.reset();
+    rates.match.turn_ratio = 1.02;
+    rates.match.force = 0.98 * kStandardGravity;
+    EXPECT_FALSE(repaired(rates.map, rates.match)) << "by the turns alone, " << interval;
+  }
+}
+
 TEST(ColumnRepair, UnitsOfBothTriads) {
   Imu imu;
   imu.match.motion->gyro_factor = kDegree;

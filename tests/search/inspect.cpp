@@ -86,6 +86,22 @@ TEST(Inspect, WhatTheMotionRefutesIsReadAsItSays) {
   EXPECT_TRUE(contains(*config, "accel: {names: [ax, ay, az], axes: -x -y -z")) << *config;
 }
 
+// The same of increments under names without a unit: there are no rates then whose unit is to be judged.
+TEST(Inspect, IncrementsWithoutAUnitAreReadAsSuch) {
+  const TemporaryFolder folder;
+  const std::string log = changed_log("mt9a_1.csv", [](std::vector<double>& row) {
+    for (std::size_t i = 1; i < 7; ++i) row[i] *= 0.01;
+    return true;
+  });
+  const std::string imu = folder.write("imu.csv", "tow,gx,gy,gz,ax,ay,az" + log.substr(log.find('\n')));
+  const Inspection found = inspect({(kSource / "data/ski_run/gnss.csv").string(), imu});
+  EXPECT_TRUE(names(found, LogFault::kIncrementsForRates));
+  const auto config = ready_config(found, folder.path().string(), "sensor.yaml");
+  ASSERT_TRUE(config);
+  EXPECT_TRUE(contains(*config, "dtheta: {names: [gx, gy, gz], unit: rad}")) << *config;
+  EXPECT_TRUE(contains(*config, "dvel: {names: [ax, ay, az], unit: 'm/s'}")) << *config;
+}
+
 // The IMU is switched on before the week's end, and the receiver has its first fix after it.
 TEST(Inspect, AWeekMayEndBetweenTheStartsOfTwoLogs) {
   constexpr double kWeek = 604800, kLater = kWeek - 302410;  // s: the run begins at 302400
