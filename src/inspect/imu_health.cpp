@@ -63,7 +63,9 @@ std::optional<ImuHealth::WrongUnit> wrong_unit(double force, double interval, bo
   const auto best = std::min_element(wrong.begin(), wrong.end(), [&](const auto& a, const auto& b) {
     return distance(a.factor) < distance(b.factor);
   });
-  if (distance(1) < distance(best->factor) || distance(best->factor) > std::log(kGravityTolerance)) return std::nullopt;
+  // As labelled it is right: another unit is too near to that to differ, as increments over a second are.
+  if (distance(1) <= std::log(kGravityTolerance)) return std::nullopt;
+  if (distance(best->factor) > std::log(kGravityTolerance)) return std::nullopt;
   return *best;
 }
 

@@ -87,8 +87,15 @@ void suspect_triad(const TriadHealth& t, const ImuHealth& h, const std::string& 
 
 }  // namespace
 
+std::optional<Suspicion> low_rate(const Sampling& s, const std::string& file) {
+  constexpr double kUsefulRate = 40;  // Hz
+  if (s.rate() >= kUsefulRate) return std::nullopt;
+  return Suspicion{LogFault::kLowRate, file, fmt::format("{:.3g} Hz; a body's motion asks for 50 Hz or more", s.rate()),
+                   "log faster where the sensor can"};
+}
+
 std::vector<Suspicion> suspicions(const ImuHealth& h, const RowFaults& faults, const std::string& file) {
-  constexpr double kFastestImu = 20000, kSlowestImu = 1.5, kUsefulRate = 40;  // Hz: 2 Hz is slow
+  constexpr double kFastestImu = 20000, kSlowestImu = 1.5;  // Hz: 2 Hz is slow
   std::vector<Suspicion> found = suspicions(h.sampling, faults, file, kFastestImu, kSlowestImu);
   if (h.sampling.rows < 3) return found;
   const auto add = adding_to(found, file);
@@ -107,10 +114,7 @@ std::vector<Suspicion> suspicions(const ImuHealth& h, const RowFaults& faults, c
                     h.frozen.size(), h.frozen.front().start, h.frozen.front().end),
         "did the logger lose the sensor? Leave these rows out: a gap is honest");
   }
-  if (h.sampling.rate() < kUsefulRate && h.sampling.rate() >= kSlowestImu) {
-    add(LogFault::kLowRate, fmt::format("{:.3g} Hz; a body's motion asks for 50 Hz or more", h.sampling.rate()),
-        "log faster where the sensor can");
-  }
+  if (const auto low = low_rate(h.sampling, file); low && h.sampling.rate() >= kSlowestImu) found.push_back(*low);
   if (h.rest.empty()) {
     add(LogFault::kNoRest, "the body never rests for two seconds",
         "a minute of rest before and after a run shows the biases; give `initial: {heading}` if the start is not "

@@ -273,6 +273,20 @@ double guessed_cost_of_calibrating(const std::vector<InspectedLog>& logs) {
   return receiver ? kRuns * rows / static_cast<double>(all_cores()) : 0;
 }
 
+// Rows a second apart are a slow log where seconds are certain: of a calendar, or as the turns of the track have it.
+void judge_time_unit(Inspection& inspection) {
+  const auto imu = inspection.first(LogKind::kImu);
+  if (!imu || !inspection.logs[*imu].imu_health) return;
+  const InspectedLog& body = inspection.logs[*imu];
+  const LogMatch* match = inspection.first_match();
+  const bool calendar = body.log.columns && body.log.columns->time.unit == "calendar";
+  if (!calendar && (match == nullptr || !match->clock)) return;
+  for (Suspicion& s : inspection.suspicions) {
+    if (s.fault != LogFault::kTimeUnit || s.file != body.log.file) continue;
+    if (const auto low = low_rate(body.imu_health->sampling, body.log.file)) s = *low;
+  }
+}
+
 // Examines each log, and compares them.
 void examine_all(Inspection& inspection, const Work& work) {
   std::vector<Suspicion>& found = inspection.suspicions;
@@ -306,6 +320,7 @@ void examine_all(Inspection& inspection, const Work& work) {
       }
     }
   }
+  judge_time_unit(inspection);
   judge_rests(inspection);
   if (const LogMatch* m = inspection.first_match()) {
     inspection.vehicle =

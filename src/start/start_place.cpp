@@ -94,7 +94,8 @@ Start start_on_the_move(const Log& log, const FilterOptions& options, const Rece
   const StartOptions& o = options.behaviour.start;
   const FirstMotion antenna = first_motion(log.world, receiver.fixes, receiver.options, time, o);
   const GyroBias bias = bias_before(log, options, time);
-  const auto now = range(log.imu, time + kSameInstant, time + o.force_time);
+  const double length = std::max(o.force_time, 1.5 * log.imu.front().interval);  // of one sample at least
+  const auto now = range(log.imu, time + kSameInstant, time + length);
   Start start;
   set_known(start.x, options);
   start.time = time;

@@ -107,6 +107,19 @@ TEST(ImuHealth, SeesOtherTimes) {
   EXPECT_EQ(with_times([&](double t) { return t - first - 10; }), Faults{}) << "since another instant";
 }
 
+// Increments over a second are as large as rates: gravity is in either.
+TEST(ImuHealth, AtARowASecondRatesAreNoIncrements) {
+  for (const double interval : {0.75, 1.0, 1.25}) {
+    ImuRecording imu;
+    for (int i = 0; i < 300; ++i) {
+      imu.time.push_back(500 + i * interval);
+      imu.gyro.emplace_back(0.01 * (i % 5), 0.02 * (i % 7), 0.1 * std::sin(0.2 * i));
+      imu.accel.emplace_back(0.3 * std::sin(0.1 * i), 0.2 * (i % 3), -9.6);
+    }
+    EXPECT_FALSE(imu_health(imu).force_unit) << interval;
+  }
+}
+
 TEST(ImuHealth, SeesWhatIsBroken) {
   ImuRecording gap = clean();
   const auto drop = [](auto& rows) { rows.erase(rows.begin() + 3000, rows.begin() + 3070); };

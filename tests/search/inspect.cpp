@@ -102,6 +102,21 @@ TEST(Inspect, IncrementsWithoutAUnitAreReadAsSuch) {
   EXPECT_TRUE(contains(*config, "dvel: {names: [ax, ay, az], unit: 'm/s'}")) << *config;
 }
 
+// Rows a second apart, of a calendar: a slow log, and no milliseconds.
+TEST(Inspect, ACalendarLeavesNoDoubtOfItsSeconds) {
+  const TemporaryFolder folder;
+  std::string text = "time,wx,wy,wz,ax,ay,az\n";
+  for (int i = 0; i < 240; ++i) {
+    text += fmt::format("2024-05-11 08:{:02d}:{:02d}+00:00,0.0{},{:.4f},0.01,0.{},0.2,-9.{}\n", 10 + i / 60, i % 60,
+                        i % 7, 0.2 * std::sin(0.3 * i), i % 4, 6 + i % 3);
+  }
+  const Inspection found = inspect({folder.write("log.csv", text)});
+  ASSERT_TRUE(found.logs.at(0).is(LogKind::kImu));
+  EXPECT_TRUE(names(found, LogFault::kLowRate));
+  EXPECT_FALSE(names(found, LogFault::kTimeUnit));
+  EXPECT_FALSE(names(found, LogFault::kIncrementsForRates));
+}
+
 // The IMU is switched on before the week's end, and the receiver has its first fix after it.
 TEST(Inspect, AWeekMayEndBetweenTheStartsOfTwoLogs) {
   constexpr double kWeek = 604800, kLater = kWeek - 302410;  // s: the run begins at 302400

@@ -131,6 +131,25 @@ TEST(Start, OnTheMoveBeginsWithAFixAndItsVelocity) {
   expect_placed(start, s);
 }
 
+// A sample is longer than the second over which the force is averaged.
+TEST(Start, OnTheMoveWithSamplesLongerThanASecond) {
+  SyntheticRun s = run_of(false);
+  std::vector<ImuSample> slow;
+  for (std::size_t i = 0; i < s.log.imu.size(); ++i) {
+    const ImuSample& part = s.log.imu[i];
+    if (slow.empty() || slow.back().interval > 1.2 - 1e-6) {
+      slow.push_back(part);
+      continue;
+    }
+    slow.back().time = part.time;
+    slow.back().interval += part.interval;
+    slow.back().dtheta += part.dtheta;
+    slow.back().dvel += part.dvel;
+  }
+  s.log.imu = std::move(slow);
+  EXPECT_NO_THROW(start_of(s));
+}
+
 TEST(Start, WithoutVelocitiesTakesThatOfTwoFixes) {
   SyntheticRun s = run_of(false);
   const Vector3d told = start_of(s).x.v_wb;

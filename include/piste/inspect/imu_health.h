@@ -55,6 +55,9 @@ struct ImuHealth {
 /// rest does. @pre rows are in the order of time, as read_imu gives them, and at least two
 ImuHealth imu_health(const ImuRecording& imu, const std::vector<Interval>& moving = {});
 
+/// That rows are too far apart for a body's motion, if they are.
+std::optional<Suspicion> low_rate(const Sampling& sampling, const std::string& file);
+
 /// Lists the faults of the log. `faults`: the rows that could not be read.
 std::vector<Suspicion> suspicions(const ImuHealth& health, const RowFaults& faults, const std::string& file);
 
