@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "piste/core/state_table.h"
+#include "piste/math/statistics.h"
 #include "search/calibration.h"
 #include "tune/evidence.h"
 
@@ -20,6 +21,19 @@ bool elsewhere(Block block, const Evidence& with, const Evidence& without) {
   const FullError apart = boxminus(with.last, without.last);
   const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
   return (part(apart).abs() > kElsewhere * part(without.sigmas)).any();
+}
+
+// Whether the slow error of the positions, where one is stated, ends elsewhere: it takes a drift of the track for its
+// own, and innovations do not show it. Of the run that presumes more the variance is the smaller, by that of what is
+// between both.
+bool slow_error_elsewhere(const Calibration& found, const Evidence& with, const Evidence& without) {
+  constexpr double kWellKnown = 0.9;  // of the other sigma: what both know as badly is not tested
+  if (!found.drift) return false;
+  const Block block = position_drift_block(0, found.drift->of_stated);
+  const auto part = [&](const FullError& e) { return e.segment(full_offset(block), info(block).size).array(); };
+  const Eigen::ArrayXd apart = part(boxminus(with.last, without.last)), more = part(with.sigmas),
+                       less = part(without.sigmas);
+  return (more < kWellKnown * less && apart.square() > square(kElsewhere) * (less.square() - more.square())).any();
 }
 
 }  // namespace
@@ -45,7 +59,7 @@ bool velocities_contradict(WholeLog log, const Calibration& found, const Progres
   // Few positions may lead a filter astray, which proves nothing.
   const auto nis = [](const Evidence& run) { return nis_of_positions(run.innovations, run.sources); };
   if (nis(*without) > std::max(kRight, nis(*with))) return false;
-  return elsewhere(Block::kLeverArm, *with, *without) ||
+  return elsewhere(Block::kLeverArm, *with, *without) || slow_error_elsewhere(found, *with, *without) ||
          (log.find_clock && elsewhere(Block::kGnssDelay, *with, *without));
 }
 
@@ -56,7 +70,8 @@ bool vehicle_contradicts(WholeLog log, const Calibration& found, const ProgressC
   log.vehicle.reset();
   const auto without = log.filtered(found);
   if (!with || !without) return false;
-  return elsewhere(Block::kGyroScale, *with, *without) || elsewhere(Block::kAccelScale, *with, *without);
+  return elsewhere(Block::kGyroScale, *with, *without) || elsewhere(Block::kAccelScale, *with, *without) ||
+         slow_error_elsewhere(found, *with, *without);
 }
 
 }  // namespace piste

@@ -211,14 +211,15 @@ std::optional<Calibration> try_calibration(Inspection& inspection, const Inspect
     if (found_here->velocities_contradict) {
       leave_velocities_out(options);
       auto of_positions = found_with(options);
-      // If the positions become less likely without the velocities, the velocities are not at fault.
-      if (of_positions && of_positions->fits() &&
-          (of_positions->likelihood_of_positions > found_here->likelihood_of_positions ||
-           !drifts_plausibly(*found_here))) {
-        found_here = std::move(of_positions);
+      const bool fits = of_positions && of_positions->fits();
+      // If the positions become less likely without the velocities, the velocities are not at fault. Where positions
+      // alone do not determine the clock, what was found with velocities stays, and the whole log fits without them.
+      if (!fits || of_positions->likelihood_of_positions > found_here->likelihood_of_positions ||
+          !drifts_plausibly(*found_here)) {
+        if (fits) found_here = std::move(of_positions);
         found_here->velocities_contradict = true;
         found.push_back({LogFault::kVelocityContradicts, receiver.log.file,
-                         "its velocities put the antenna or the clock elsewhere than its positions do",
+                         "its velocities put the antenna, the clock or the track elsewhere than its positions do",
                          "`use: position`, as the configuration does, unless you know better"});
       } else {
         found_here->velocities_contradict = false;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <utility>
 
 #include "search/contradiction.h"
@@ -99,6 +100,25 @@ TEST(Settling, VelocitiesThatContradictThePositionsShow) {
     constexpr double kStep = 0.01;  // s
     const auto ahead = [&](double t) -> Vector3d { return body.at(t).q_wb * Vector3d(0.5, 0, 0); };
     if (fix.velocity) fix.velocity->value += (ahead(fix.time + kStep) - ahead(fix.time - kStep)) / (2 * kStep);
+  }
+  EXPECT_TRUE(contradict());
+}
+
+// Velocities with a lasting error that leads 15 m away, and positions whose errors are stated to be slow, so that they
+// follow: no innovation shows it.
+TEST(Settling, VelocitiesThatLeadAwayFromSlowPositionsShow) {
+  Told told(make_case("montecarlo/calm_30min", 40, 3, [](Scenario& s) {
+    s.motion.run = 240;
+    s.gnss[0].rate = 2;
+    s.gnss[0].position_noise = {0.1, 0.1, 0.2};
+    s.gnss[0].position_drift = GaussMarkov{{0.5, 0.5, 1}, 90};
+    s.gnss[0].velocity_noise = {0.05, 0.05, 0.1};
+  }));
+  told.calibration.drift = PositionDrift::of_share(Vector3d::Constant(0.5 / std::hypot(0.1, 0.5)), 90);
+  const auto contradict = [&] { return velocities_contradict(told.log(), told.calibration); };
+  EXPECT_FALSE(contradict());
+  for (GeodeticFix& fix : told.recording.gnss.front().fixes) {
+    if (fix.velocity) fix.velocity->value.y() += 0.06;
   }
   EXPECT_TRUE(contradict());
 }
