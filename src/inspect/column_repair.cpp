@@ -80,8 +80,7 @@ void scale_rates(ColumnMap& map, const LogMatch& match) {
   const bool increments = map.find("dtheta") != nullptr;
   const double as_rates = 1 / match.interval, as_increments = match.interval;
   if (!increments && rather_factor(factors.gyro, as_rates) && rather_factor(factors.accel, as_rates)) {
-    rename(map, "gyro", "dtheta", "rad");
-    rename(map, "accel", "dvel", "m/s");
+    map = increments_for_rates(std::move(map));
     return;
   }
   if (increments && rather_factor(factors.gyro, as_increments) && rather_factor(factors.accel, as_increments)) {
@@ -105,6 +104,12 @@ void scale_rates(ColumnMap& map, const LogMatch& match) {
 }
 
 }  // namespace
+
+ColumnMap increments_for_rates(ColumnMap map) {
+  rename(map, "gyro", "dtheta", "rad");
+  rename(map, "accel", "dvel", "m/s");
+  return map;
+}
 
 std::optional<ColumnMap> repaired(const ColumnMap& map, const LogMatch& match) {
   if (match.interval == 0 || !match.clock) return std::nullopt;

@@ -15,6 +15,9 @@ namespace piste {
 /// can express the correction.
 std::optional<ColumnMap> repaired(const ColumnMap& map, const LogMatch& match);
 
+/// The mapping of increments where rates were taken for them.
+ColumnMap increments_for_rates(ColumnMap map);
+
 /// The corrected mapping of a receiver, from its positions and velocities: other units and axes, or latitude and
 /// longitude interchanged. Nothing if they agree.
 std::optional<ColumnMap> repaired(const ColumnMap& map, const VelocityFit& fit);

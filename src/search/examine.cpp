@@ -11,10 +11,13 @@
 #include "core/receiver_class.h"
 #include "core/recording.h"
 #include "inspect/clock_leaps.h"
+#include "inspect/column_repair.h"
+#include "inspect/imu_bounds.h"
 #include "inspect/tilt_rate.h"
 #include "io/left_out_rows.h"
 #include "piste/core/error.h"
 #include "piste/io/log_io.h"
+#include "piste/math/earth.h"
 #include "piste/math/statistics.h"
 #include "piste/math/units.h"
 #include "search/joined.h"
@@ -256,6 +259,26 @@ Suspicion step_of_clock(const ClockStep& step, const std::string& file) {
                       step.step)};
 }
 
+// Takes forces as small as gravity over the interval between rows, without a unit, for increments, and the rates with
+// them: no log has the one without the other. At some 0.1 s they may as well be forces in g.
+void judge_increments(InspectedLog& l) {
+  const auto increments = [](const ImuHealth& h) {
+    return h.force_unit && h.force_unit->fault == LogFault::kIncrementsForRates &&
+           std::abs(std::log(kStandardGravity * h.sampling.interval)) > std::log(kGravityTolerance);
+  };
+  if (!l.guess->guessed_rates || !l.log.columns || !l.imu_health || !increments(*l.imu_health)) return;
+  const ColumnMap& read = *l.log.columns;
+  const ColumnUse *gyro = read.find("gyro"), *accel = read.find("accel");
+  if (gyro == nullptr || accel == nullptr || !l.log.accel_file.empty() || accel->unit != "m/s^2") return;
+  l.log.columns = l.guess->columns = increments_for_rates(read);
+  std::erase_if(l.guess->doubts,
+                [](const std::string& d) { return d.starts_with("gyro:") || d.starts_with("accel:"); });
+  l.guess->doubts.emplace_back("gyro, accel: increments over the interval between rows, as gravity is in them");
+  l.faults = {};
+  l.imu = read_imu(l.log, &l.faults);
+  l.imu_health = imu_health(l.imu);
+}
+
 // Stamps are judged as logged; all else is examined with the stamps that replay will use.
 void read_body(InspectedLog& l) {
   l.log.even_stamps = false;
@@ -266,6 +289,7 @@ void read_body(InspectedLog& l) {
   read_repaired(l, l.imu, read_imu);
   l.clock = clock_told(l);
   if (l.imu.time.size() >= 3) l.imu_health = imu_health(l.imu);
+  judge_increments(l);
   l.log.even_stamps = true;
   if (l.log.accel_file.empty()) {
     even_stamps(l.imu);

@@ -95,11 +95,33 @@ TEST(Inspect, IncrementsWithoutAUnitAreReadAsSuch) {
   });
   const std::string imu = folder.write("imu.csv", "tow,gx,gy,gz,ax,ay,az" + log.substr(log.find('\n')));
   const Inspection found = inspect({(kSource / "data/ski_run/gnss.csv").string(), imu});
-  EXPECT_TRUE(names(found, LogFault::kIncrementsForRates));
   const auto config = ready_config(found, folder.path().string(), "sensor.yaml");
   ASSERT_TRUE(config);
   EXPECT_TRUE(contains(*config, "dtheta: {names: [gx, gy, gz], unit: rad}")) << *config;
   EXPECT_TRUE(contains(*config, "dvel: {names: [ax, ay, az], unit: 'm/s'}")) << *config;
+}
+
+// No receiver, and no tilt: gravity alone says so. At ten rows a second, g is as likely.
+TEST(Inspect, ForcesOfGravityOverTheIntervalAreIncrements) {
+  const auto mapping = [](double interval) {
+    const TemporaryFolder folder;
+    std::string text = "time,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n";
+    for (int i = 0; i < 600; ++i) {
+      text += fmt::format("{:.3f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f}\n", interval * i, 1e-3 * interval * (i % 7),
+                          2e-3 * interval * (i % 3), 0.3 * interval * std::sin(0.01 * i), interval * std::sin(0.05 * i),
+                          0.01 * interval * (i % 5), -9.79 * interval);
+    }
+    return inspect({folder.write("log.csv", text)}).logs.at(0).log.columns;
+  };
+  for (const double interval : {0.02, 0.005}) {
+    const auto found = mapping(interval);
+    ASSERT_TRUE(found && found->find("dtheta") != nullptr && found->find("dvel") != nullptr) << interval;
+    EXPECT_EQ(found->find("dtheta")->unit, "rad");
+    EXPECT_EQ(found->find("dvel")->unit, "m/s");
+  }
+  const auto slow = mapping(0.1);
+  ASSERT_TRUE(slow && slow->find("accel") != nullptr);
+  EXPECT_EQ(slow->find("accel")->unit, "g");
 }
 
 // Rows a second apart, of a calendar: a slow log, and no milliseconds.
