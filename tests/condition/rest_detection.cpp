@@ -103,6 +103,28 @@ TEST(Rest, IsSeenByPositionsWhereThereAreNoVelocities) {
 }
 
 // Without fixes the rates decide alone, by the level that they had where fixes showed a rest.
+// A rover at 0.4 m/s that stops every half minute. Fixes of 0.8 m resolve its speed over half a minute alone, in which
+// it stands and drives, so that no window certainly moves and most that pass for rest do move.
+TEST(Rest, OfASlowBodyIsNotItsSlowMotion) {
+  const Stretch stands{.duration = 6, .velocity = 0, .position = 0.8};
+  const Stretch drives{.duration = 7, .speed = 0.4, .gyro = 0.05, .force = 0.5, .velocity = 0, .position = 0.8};
+  std::vector<Stretch> all{{.duration = 25, .velocity = 0, .position = 0.8}};
+  for (int i = 0; i < 12; ++i) {
+    all.push_back(drives);
+    all.push_back(stands);
+  }
+  const std::vector<Interval> rests = rests_of(log_of(all));
+  ASSERT_FALSE(rests.empty());
+  double rested = 0;
+  for (const Interval& rest : rests) {
+    rested += rest.end - rest.start;
+    if (rest.end <= 25) continue;
+    const double began = std::fmod(rest.start - 25, 13), ended = began + rest.end - rest.start;
+    EXPECT_TRUE(began > 6.5 && ended < 13.5) << rest.start << " to " << rest.end;
+  }
+  EXPECT_GT(rested, 25) << "of 97 s";
+}
+
 TEST(Rest, WithoutFixesIsQuieterThanMotion) {
   // So long that no fix is near its middle.
   const Stretch blind{.duration = 60, .velocity = 0, .position = 0};

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "core/recording.h"
 #include "piste/math/statistics.h"
@@ -61,6 +62,27 @@ TEST(Calibration, OfAnAntennaFourMetresAwayShows) {
                guess.lever_arm_sigma.maxCoeff(), guess.lever_arm.norm(), guess.used, guess.rejected);
     EXPECT_GT(guess.lever_arm.norm(), 1);
   }
+}
+
+// Five velocities of 10 Hz, averaged: as a receiver has them that smooths over 0.4 s.
+TEST(Calibration, VelocitiesThatAreMeansShow) {
+  Case c = make_case("ski", 40, 6);
+  Recording recording = c.simulation.recording(0);
+  std::vector<GeodeticFix>& fixes = recording.gnss.front().fixes;
+  ASSERT_NEAR(fixes[1].time - fixes[0].time, 0.1, 1e-6);
+  const auto as_given = calibrate(recording, c.conditioning, c.options, {0.01});
+  ASSERT_TRUE(as_given);
+  EXPECT_EQ(as_given->velocity_averaging, 0);
+  const std::vector<GeodeticFix> of_the_moment = fixes;
+  for (std::size_t i = 2; i + 2 < fixes.size(); ++i) {
+    Vector3d sum = Vector3d::Zero();
+    for (std::size_t k = i - 2; k <= i + 2; ++k) sum += of_the_moment[k].velocity->value;
+    fixes[i].velocity->value = sum / 5;
+  }
+  const auto found = calibrate(recording, c.conditioning, c.options, {0.01});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->velocity_averaging, 0.4);
+  EXPECT_LT((found->lever_arm - as_given->lever_arm).norm(), 0.1);
 }
 
 // As in a phone: fixes of metres tell little of the lever arm, and it stays where the housing has it.

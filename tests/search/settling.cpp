@@ -90,6 +90,26 @@ TEST(Settling, TheClockTakesTheDriftThatTheWholeLogTells) {
   EXPECT_NEAR(found->clock_drift, told.run.conditioning.imu.clock_drift, 4 * found->clock_drift_sigma);
 }
 
+// Where the fixes would have the clock drift by 800 ppm, which none does, it has no drift.
+TEST(Settling, ADriftThatNoClockHasIsNone) {
+  Told told(make_case("easy_ski", 40, 2, [](Scenario& s) { s.motion.run = 240; }));
+  const double first = told.recording.imu.time.front();
+  for (double& t : told.recording.imu.time) t += 8e-4 * (t - first);
+  const auto found = told.settle();
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->clock_drift, 0);
+  EXPECT_EQ(found->clock_drift_sigma, 0);
+}
+
+// Fixes that few offsets of the clock contradict leave it as unsure as these are apart.
+TEST(Settling, TheSpreadOfTheClockStays) {
+  Told told;
+  told.calibration.clock_spread = 0.3;
+  const auto found = told.settle();
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->clock_sigma, 0.3);
+}
+
 // Velocities as of a place half a metre ahead of where the positions are, as a receiver makes them that smooths.
 TEST(Settling, VelocitiesThatContradictThePositionsShow) {
   Told told;
