@@ -37,8 +37,7 @@ constexpr double kOverstated = 0.3;  // of the sigmas of positions: as far as th
 constexpr double kWideGate = 1 - 1e-9;
 // Offsets of the clock that are tried, s: where nothing is known of it, and where rests determine it to a second.
 constexpr double kFarthest = 0.5, kFarthestTold = 3, kStep = 0.1;
-// The drift of a clock: s between two stretches of motion that determine it, and the most that an oscillator may have.
-constexpr double kApart = 120, kMostDrift = 1e-3;
+constexpr double kApart = 120;  // s between two stretches of motion that determine the drift of a clock
 constexpr double kSureDrift = 4, kLeastChange = 0.005;  // sigmas, and s over the log
 
 // s: the clock is at most that far from the configured one.
@@ -366,7 +365,7 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
   if (between < kApart) return 0;
   conditioning.imu.clock_offset = first.clock_offset;
   options.gnss.front().lever_arm = first.lever_arm;
-  const double unsure = between * kMostDrift > kDelayPrior ? kDelayPrior : kSureClock;
+  const double unsure = between * kMostClockDrift > kDelayPrior ? kDelayPrior : kSureClock;
   if (first.velocity_delay_sigma > 0) {  // by the IMU's clock, which is what drifts
     options.gnss.front().velocity_delay = first.velocity_delay;
     options.priors.velocity_delay = std::hypot(first.velocity_delay_sigma, unsure);
@@ -376,7 +375,7 @@ double drift_beside(const Recording& recording, const Calibration& first, Condit
   if (!there || !there->fits()) return 0;
   const double change = there->clock_offset() - first.clock_offset;
   const double least = std::max(kLeastChange, kSureDrift * std::hypot(first.clock_sigma, there->clock_sigma()));
-  return std::abs(change) > least && std::abs(change) < kMostDrift * between ? change / between : 0;
+  return std::abs(change) > least && std::abs(change) < kMostClockDrift * between ? change / between : 0;
 }
 
 // As calibrate(), with the errors of the receiver as `recording` and `options` state them.

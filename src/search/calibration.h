@@ -22,6 +22,9 @@ struct ToldClock {
   bool with_drift = false;  ///< whether its drift is known, so that none is sought
 };
 
+/// The largest drift of a clock that is one: loggers were 14 to 310 ppm off.
+constexpr double kMostClockDrift = 3.5e-4;
+
 /// s of motion that calibrate() looks at, and of what comes before it.
 constexpr double kFirstMotion = 150, kBeforeMotion = 30;
 

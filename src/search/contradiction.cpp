@@ -12,9 +12,8 @@
 namespace piste {
 namespace {
 
-constexpr double kPlausibleDrift = 3.5e-4;  // of a clock: loggers were 14 to 310 ppm off
-constexpr double kRight = 1.2;              // mean NIS of positions that fit
-constexpr double kElsewhere = 5;            // sigmas of the run that presumes less: no chance in a thousand logs
+constexpr double kRight = 1.2;    // mean NIS of positions that fit
+constexpr double kElsewhere = 5;  // sigmas of the run that presumes less: no chance in a thousand logs
 
 // Whether a block ends far from where it ends in a run that presumes less, by the sigmas of that.
 bool elsewhere(Block block, const Evidence& with, const Evidence& without) {
@@ -43,7 +42,7 @@ double cost_of_contradiction(const WholeLog& log) {
   return kRuns * kRunCost * rows_in(log.recording, WholeLog::kLongest);
 }
 
-bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kPlausibleDrift; }
+bool drifts_plausibly(const Calibration& found) { return std::abs(found.clock_drift) < kMostClockDrift; }
 
 bool velocities_contradict(WholeLog log, const Calibration& found, const ProgressCallback& progress) {
   const std::vector<GeodeticFix>& fixes = log.recording.gnss.front().fixes;

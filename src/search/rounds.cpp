@@ -14,6 +14,7 @@
 #include "piste/core/error.h"
 #include "piste/math/statistics.h"
 #include "piste/replay/replay.h"
+#include "search/contradiction.h"
 #include "search/judged.h"
 
 namespace piste {
@@ -130,6 +131,11 @@ bool apply(const LikelierCause& cause, const ReplayConfig& config, Inspection& f
   cause.change(model);
   const std::vector<InspectedLog*> receivers = receivers_of(found);
   if (receivers.size() != model.scales.size()) return false;
+  if (model.clock_drift != 0) {
+    Calibration drifting = *found.calibration();
+    drifting.clock_drift += model.clock_drift;
+    if (!drifts_plausibly(drifting)) return false;  // it stands for another cause
+  }
   for (std::size_t i = 0; i < receivers.size(); ++i) {
     std::optional<Calibration>& calibration = receivers[i]->calibration;
     if (!calibration || !calibration->fits()) continue;
