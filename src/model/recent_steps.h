@@ -1,5 +1,5 @@
 #pragma once
-/// The steps of the last second and more, as measured: the motion at the time of a measurement that comes late.
+/// The steps of the last 0.9 s at least, as measured: the motion at the time of a measurement that comes late.
 
 #include <array>
 #include <cstddef>
